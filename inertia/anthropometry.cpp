@@ -35,7 +35,7 @@ void add_deleva(std::vector<PublishedSegment>& list) {
     const double sagittal = percent * table.number(row, "sagittal_pct");
     const double transverse = percent * table.number(row, "transverse_pct");
     const double longitudinal = percent * table.number(row, "longitudinal_pct");
-    // a foot's long axis is our X; its sagittal axis, that of the sole's normal, our Y
+    // a foot's long axis is our X; its sagittal axis, along the sole's normal, is our Y
     segment.radii = segment.segment == "foot" ? Eigen::Vector3d(longitudinal, sagittal, transverse)
                                               : Eigen::Vector3d(sagittal, longitudinal, transverse);
     segment.products.setConstant(none);
@@ -44,7 +44,7 @@ void add_deleva(std::vector<PublishedSegment>& list) {
   }
 }
 
-// share of the way from the first endpoint to the second, where that way is one of the axes
+// position of the centre between the endpoints, 0 to 1, along the axis that joins them
 double along(const PublishedSegment& segment, const Eigen::Vector3d& centre) {
   if (segment.from == "CAL") return centre[0];
   if (segment.segment == "head") return centre[1];

@@ -1,17 +1,16 @@
-// Published inertia of body segments, to stand beside measured ones.
+// Published inertia of body segments, for comparison with measured ones.
 //
 //   deleva1996   de Leva P (1996) J Biomech 29:1223-1230: Zatsiorsky and Seluyanov's gamma-ray scans of
 //                living people, lying, with their endpoints moved to joint centres
-//   zatsiorsky2002  the means of Zatsiorsky and Seluyanov themselves (Zatsiorsky V M (2002) Kinetics of Human
-//   Motion); of
-//                their masses only, as the endpoints of the rest are not named
-//   winter2009   Dempster's cadavers (1955) as Winter D A (2009) has them, men and women alike
+//   zatsiorsky2002  means of Zatsiorsky and Seluyanov (Zatsiorsky V M (2002) Kinetics of Human Motion);
+//                masses only, since the endpoints of the other numbers are not named
+//   winter2009   Dempster's cadavers (1955) as given by Winter D A (2009), men and women alike
 //   dumas2007    Dumas R, Cheze L, Verriest J-P (2007) J Biomech 40:543-553: McConville's and Young's body
 //                surfaces of standing people, of uniform density; with products of inertia
-// Two values compare only where endpoints and kind of cuts are the same: moving the hip's cut alone takes a
-// thigh from 8 to 14 % of body mass. Below elbow and knee both studies cut across the limb at its joints
-// ("joint"), though by landmarks of their own: there the tables differ from each other by up to 0.5 % of body
-// mass, and what is measured here may differ from either by as much.
+// Two values compare only if endpoints and kind of cuts agree: moving the hip's cut alone changes a thigh
+// from 8 to 14 % of body mass. Below elbow and knee both studies cut across the limb at its joints ("joint"),
+// but each by its own landmarks. There the tables differ from each other by up to 0.5 % of body mass, and
+// measured values may differ from either by as much.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,8 +20,8 @@
 
 namespace borelli {
 
-/// Of one sex's mean. Axes: X anterior, Y proximal (superior in the trunk), Z right; of a foot X runs from
-/// heel to toe and Y up. What a table does not give is NaN.
+/// Mean of one sex. Axes: X anterior, Y proximal (superior in the trunk), Z right; foot: X from heel to toe,
+/// Y up. Numbers that a table does not give are NaN.
 struct PublishedSegment {
   std::string table;      ///< "deleva1996", "dumas2007", "winter2009" or "zatsiorsky2002"
   std::string sex;        ///< "male", "female" or "any"
@@ -40,8 +39,8 @@ struct PublishedSegment {
 /// All rows of all tables, from inertia/data.
 const std::vector<PublishedSegment>& published_segments();
 
-/// The row of a table with these endpoints and cuts, of this sex or of any; nullptr where there is none.
-/// `from` and `to` empty: the first of such cuts, whatever its endpoints, by which masses compare.
+/// The row of a table with these endpoints and cuts, for this sex or "any"; nullptr if there is none. With
+/// `from` and `to` empty: the first row with such cuts, whatever its endpoints, for comparing masses.
 const PublishedSegment* published_segment(std::string_view table, std::string_view sex,
                                           std::string_view segment, std::string_view from,
                                           std::string_view to, std::string_view cuts);

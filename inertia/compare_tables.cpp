@@ -35,18 +35,18 @@ std::vector<std::string> parts_of(const std::vector<const InertiaTable*>& tables
   return names;
 }
 
-// one body's number; NaN where the part is not whole
+// one body's numbers; NaN if the part is not whole
 std::vector<Entry> numbers_of(const InertiaTable& table, const std::string& part) {
   const InertiaRow* row = row_of(table, part);
   std::vector<Entry> entries =
       entries_of(table, row ? *row : InertiaRow{.completeness = Completeness::absent});
   for (Entry& entry : entries)
     if (!row || row->completeness != Completeness::whole) entry.value = std::nan("");
-  // of the whole body its share of itself says nothing
+  // the whole body's share of itself is meaningless
   if (row == &table.whole)
     for (Entry& entry : entries)
       if (entry.name == "mass_pct") entry.value = std::nan("");
-  // of a part a share of a body that is not whole says nothing
+  // a part's share of an incomplete body is meaningless
   if (table.whole.completeness != Completeness::whole)
     for (Entry& entry : entries)
       if (entry.name == "mass_pct") entry.value = std::nan("");
@@ -88,7 +88,7 @@ Predictors predictors_of(const std::vector<NamedTable>& tables) {
     const InertiaTable& table = tables[predictors.tables[n]].table;
     predictors.rows.row(static_cast<Eigen::Index>(n)) << 1, table.source.stature_m, table.whole.inertial.mass;
   }
-  // in units of their spread, or a rank would hang on kilograms and metres
+  // scaled by their spread, so that the rank does not depend on kilograms and metres
   Eigen::MatrixXd centred =
       predictors.rows.rightCols(2).rowwise() - predictors.rows.rightCols(2).colwise().mean();
   for (Eigen::Index c = 0; c < 2; ++c)
@@ -136,7 +136,7 @@ std::string heading(const std::vector<NamedTable>& tables) {
   return text;
 }
 
-/// Two measurements never agree to the last digit.
+/// Whether two tables are copies: two measurements never agree to the last digit.
 bool same_numbers(const InertiaTable& a, const InertiaTable& b) {
   return std::ranges::equal(a.rows, b.rows, [](const InertiaRow& p, const InertiaRow& q) {
     return p.part == q.part && p.inertial.mass == q.inertial.mass && p.inertial.centre == q.inertial.centre &&

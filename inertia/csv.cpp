@@ -11,7 +11,7 @@
 namespace borelli {
 namespace {
 
-// One record from `position` on, which may span lines inside quotes; moves behind its line end. False where a
+// Reads one record from `position`, which may span lines inside quotes, and moves to the next one. False if a
 // quote is not closed.
 bool read_record(std::string_view text, std::size_t& position, std::vector<std::string>& fields) {
   fields.assign(1, "");

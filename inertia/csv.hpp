@@ -1,5 +1,5 @@
-// Tables as comma-separated text (RFC 4180) with '#' lines as comments: the form of this folder's published
-// data and of the inertia table.
+// Comma-separated text (RFC 4180) with '#' lines as comments: the format of this folder's published data and
+// of the inertia table.
 #pragma once
 
 #include <string>
@@ -11,13 +11,13 @@
 namespace borelli {
 
 struct CsvTable {
-  std::vector<std::string> comments;  ///< lines that open with '#', without it and the blanks behind it
+  std::vector<std::string> comments;  ///< lines that begin with '#', without it and the following blanks
   std::vector<std::string> columns;
-  std::vector<std::vector<std::string>> rows;  ///< as many fields each as columns
+  std::vector<std::vector<std::string>> rows;  ///< each with as many fields as columns
 
-  /// Field of a row by its column's name; empty where there is no such column.
+  /// Field of a row by its column's name; empty if there is no such column.
   const std::string& field(std::size_t row, std::string_view column) const;
-  /// The same as a number; NaN where it is empty or no number.
+  /// The same as a number; NaN if it is empty or not a number.
   double number(std::size_t row, std::string_view column) const;
 };
 

@@ -56,8 +56,8 @@ Result<GreyWeights> density_weights(Quantity quantity, const DensityCurve& curve
   const auto weight = [&](int grey) -> double {
     if (quantity == Quantity::density_kgm3) return std::max(grey, 0);
     if (grey >= -1000 || below == BelowAir::hold) return curve.at(grey);
-    constexpr int below_noise = -1500;  // no noise about air reaches it
-    if (grey < below_noise) return 0;   // padding: nothing is known of it
+    constexpr int below_noise = -1500;  // noise about air does not reach it
+    if (grey < below_noise) return 0;   // padding: its density is unknown
     return curve.at(-1000) + (curve.at(-900) - curve.at(-1000)) / 100 * (grey + 1000);
   };
   GreyWeights weights(65536);

@@ -1,9 +1,9 @@
-// Mass, gravity centre and inertia tensor of a solid, and their algebra: the one thing that inertia hands on
-// to dynamics.
+// Mass, gravity centre and inertia tensor of a solid, and their algebra. `dynamics` uses only this header of
+// inertia.
 //
-// The tensor is kept about the gravity centre, where merging and splitting lose no digits: Steiner's term
-// then holds only the distance between the two centres (see e.g. Goldstein, Classical Mechanics,
-// section 5.3).
+// The tensor is stored about the gravity centre, where merging and splitting lose no digits: Steiner's term
+// then contains only the distance between the two centres (see e.g. Goldstein, Classical Mechanics, section
+// 5.3).
 #pragma once
 
 #include <Eigen/Core>
@@ -16,8 +16,8 @@ namespace borelli {
 /// Principal moments and axes of a tensor.
 struct PrincipalAxes {
   Eigen::Vector3d moments = Eigen::Vector3d::Zero();  ///< ascending, kg m^2
-  /// Columns: unit axes of the moments, right-handed. Where moments are equal the axes are one choice of
-  /// many.
+  /// Columns: unit axes of the moments, right-handed. Equal moments leave the axes undetermined; these are
+  /// one choice.
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
 };
 
@@ -33,7 +33,7 @@ struct Inertial {
   Inertial moved(const Eigen::Vector3d& displacement) const;
   /// The solid after a rotation about F's origin; `R` may also be a reflection.
   Inertial rotated(const Eigen::Matrix3d& R) const;
-  /// The same solid, not moved, in another frame G: `R_GF` and `p_GF` (m) are the pose of F in G.
+  /// The same solid at the same place, expressed in another frame G; `R_GF` and `p_GF` (m): pose of F in G.
   Inertial expressed_in(const Eigen::Matrix3d& R_GF, const Eigen::Vector3d& p_GF) const;
 
   /// Inertia tensor about a point of F (m), axes of F, kg m^2 (Huygens-Steiner).
@@ -46,8 +46,8 @@ struct Inertial {
 
 /// Two disjoint solids as one, both in the same frame.
 Inertial operator+(const Inertial& a, const Inertial& b);
-/// What is left of `whole` without `part`, which is a part of it, both in the same frame. With nothing left
-/// (equal masses) the answer is the empty solid.
+/// The remainder of `whole` without `part`, a part of it, both in the same frame. If nothing is left (equal
+/// masses), the result is the empty solid.
 Inertial operator-(const Inertial& whole, const Inertial& part);
 inline Inertial& operator+=(Inertial& a, const Inertial& b) { return a = a + b; }
 inline Inertial& operator-=(Inertial& a, const Inertial& b) { return a = a - b; }
@@ -55,10 +55,10 @@ inline Inertial& operator-=(Inertial& a, const Inertial& b) { return a = a - b; 
 /// A solid made of points on a line (a bar) or of one point has moments that are zero.
 enum class Extent { solid, may_be_bar_or_point };
 
-/// Can such a body exist? Numbers finite, mass positive, tensor symmetric and positive definite (with
-/// `may_be_bar_or_point` its moments may be zero too), and no principal moment above the sum of the other
-/// two. A breach within rounding (1e-12 of the largest moment) is let pass; the error's sentence gives the
-/// offending numbers and its `where` is `name`.
+/// Whether such a body can exist: numbers finite, mass positive, tensor symmetric and positive definite (with
+/// `may_be_bar_or_point` moments may be zero), and no principal moment larger than the sum of the other two.
+/// Violations within rounding (1e-12 of the largest moment) pass. The error's sentence gives the offending
+/// numbers; its `where` is `name`.
 Result<void> check_physical(const Inertial& inertial, std::string name, Extent extent = Extent::solid);
 
 }  // namespace borelli

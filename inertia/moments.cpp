@@ -11,15 +11,15 @@
 #include "threads/clones.hpp"
 #include "threads/slabs.hpp"
 
-// (Registers wider than the clones' gain nothing: what takes the time is to look up weights.) What is marked
-// INLINE is compiled anew within each clone.
+// (Registers wider than the clones' gain nothing: looking up weights takes most of the time.) Functions
+// marked INLINE are compiled within each clone.
 #define BORELLI_INLINE inline __attribute__((always_inline))
 
 namespace borelli {
 namespace {
 
-// Eight voxels of a row side by side, in halves: vectors of all eight would be put together in memory where
-// registers hold four. Their alignment is said, since by itself it differs between the clones.
+// Eight voxels of a row in two halves: a vector of eight would go through memory on machines with registers
+// of four. The alignment is explicit, since the default differs between clones.
 typedef double Half __attribute__((vector_size(32), aligned(32)));
 typedef std::int64_t HalfMask __attribute__((vector_size(32), aligned(32)));
 struct Lanes {
@@ -34,13 +34,13 @@ struct Lanes {
 };
 
 // The sums of one label in one slice, along a row in blocks of eight voxels, i = 8 b. Voxel i of a row goes
-// to lane (i - i0) % 8, i0 being where its run starts, and counts as if at i - lane: `moments` puts this
-// right, once for all voxels of a lane.
+// to lane (i - i0) % 8, where i0 is the start of its run, and is summed as if at i - lane. `moments` corrects
+// this once for all voxels of a lane.
 struct SliceSums {
   std::int64_t voxels = 0;
   Lanes w{}, wb{}, wj{}, wbb{}, wbj{}, wjj{};
 
-  // Of slice k.
+  // Moments of slice k.
   Moments moments(double k) const {
     Moments m;
     m.voxels = voxels;
@@ -58,22 +58,21 @@ struct SliceSums {
   }
 };
 
-// Sums along one run of `blocks` (of voxels that weigh 1 they need not be whole), the first of which counts
-// `blocks` times, the last once: of w, of w so many times, and of w as often as the sum of these tells.
+// Sums along one run of `blocks` blocks (voxels of weight 1 may end in a partial block). With n counting
+// blocks from the last (n = 1) to the first (n = blocks): sums of w, of n w, and of n (n + 1) / 2 w.
 struct RunSums {
   Lanes once, twice, thrice;
   double blocks;
 };
 
-// `weights` points at the weight of grey value 0. Up to seven voxels behind the run are read, and weigh
-// nothing.
+// `weights` points at the weight of grey value 0. Up to seven voxels behind the run are read, with weight 0.
 BORELLI_INLINE void sum_run(const std::int16_t* grey, std::int64_t count, const double* weights,
                             RunSums& sums) {
   constexpr std::int64_t ahead = 1024;  // voxels
   Lanes once{}, twice{}, thrice{};
   const auto add = [&](const std::int16_t* block, const HalfMask& low, const HalfMask& high)
       __attribute__((always_inline)) {
-    // four of them by one load: a processor does so many loads at a time, and so much arithmetic
+    // load four voxels at once: the number of loads per cycle is the bottleneck
     std::uint64_t four;
     std::memcpy(&four, block, sizeof four);
     const auto g = [&](int n) __attribute__((always_inline)) {
@@ -89,7 +88,7 @@ BORELLI_INLINE void sum_run(const std::int16_t* grey, std::int64_t count, const 
     thrice += twice;
   };
   const HalfMask low = {0, 1, 2, 3}, high = {4, 5, 6, 7}, all = low >= 0;
-  // (the processor itself loses sight of grey values where runs of nothing are passed over)
+  // (the hardware prefetcher loses track of grey values across empty runs)
   const auto address = reinterpret_cast<std::uintptr_t>(grey);
   for (std::int64_t n = 0; n < count; n += 32)
     __builtin_prefetch(
@@ -101,15 +100,14 @@ BORELLI_INLINE void sum_run(const std::int16_t* grey, std::int64_t count, const 
   sums = {once, twice, thrice, static_cast<double>((count + 7) >> 3)};
 }
 
-// The same with w = 1: sums of whole numbers, all put into lane 0, whose voxels n count as if n / 8 blocks
-// on.
+// The same with w = 1: sums of integers, all in lane 0; voxel n counts as n / 8 blocks.
 BORELLI_INLINE void sum_run(std::int64_t count, RunSums& sums) {
   const double n = static_cast<double>(count), twice = n * (n + 1) / 2 / 8;
   const double squares = n * (n + 1) * (2 * n + 1) / 6 / 64;
   sums = {{Half{n}}, {Half{twice}}, {Half{(squares + twice) / 2}}, n / 8};
 }
 
-// Number of voxels from `label` on, up to `end`, that hold *label.
+// Number of consecutive voxels equal to *label, from `label` up to `end`.
 BORELLI_INLINE std::int64_t run_length(const std::uint8_t* label, const std::uint8_t* end) {
   typedef std::uint64_t Words __attribute__((vector_size(32)));
   const std::uint8_t value = *label;
@@ -133,7 +131,7 @@ BORELLI_INLINE std::int64_t run_length(const std::uint8_t* label, const std::uin
   return p - label;
 }
 
-// A run that begins at voxel i of row j.
+// Adds a run that begins at voxel i of row j.
 BORELLI_INLINE void add_run(SliceSums& sums, std::int64_t count, const RunSums& run, double i, double j) {
   const double end = i / 8 + run.blocks;  // from which on the run's blocks were counted back
   const Lanes wb = end * run.once - run.twice;
@@ -145,14 +143,14 @@ BORELLI_INLINE void add_run(SliceSums& sums, std::int64_t count, const RunSums& 
 
 // A slab of a volume: slices [first, last). Without `grey` each voxel weighs 1.
 struct Slab {
-  const std::uint8_t* labels;  // of the whole volume, as is
+  const std::uint8_t* labels;  // of the whole volume
   const std::int16_t* grey;
-  const double* weights;  // of grey value 0
+  const double* weights;  // address of the weight of grey value 0
   std::array<std::int64_t, 3> size;
   std::int64_t first, last;
 };
 
-// Of a run at the volume's end, behind which nothing may be read.
+// For a run at the volume's end, behind which nothing may be read.
 __attribute__((noinline, cold)) void sum_last_run(const std::int16_t* grey, std::int64_t count,
                                                   const double* weights, RunSums& run) {
   std::vector<std::int16_t> padded(grey, grey + count);
@@ -189,8 +187,8 @@ void sum_slab(const Slab& slab, std::array<SliceSums, 256>& sums, LabelMoments& 
   }
 }
 
-// Slabs of fixed thickness, each summed by whichever thread comes by, and added up in their order: so the
-// sums do not depend on the number of threads.
+// Slabs of fixed thickness, summed by any thread and added in order, so that the sums do not depend on the
+// number of threads.
 LabelMoments sum_volume(const LabelMap& labels, const std::int16_t* grey, const double* weights,
                         int threads) {
   const std::int64_t slices = labels.grid.size[2], thickness = 8;
@@ -198,7 +196,7 @@ LabelMoments sum_volume(const LabelMap& labels, const std::int16_t* grey, const 
   std::vector<LabelMoments> slab_moments(static_cast<std::size_t>(slabs));
   std::atomic<std::int64_t> next{0};
   const auto work = [&] {
-    std::vector<std::array<SliceSums, 256>> sums(1);  // all nothing, as each slice leaves them
+    std::vector<std::array<SliceSums, 256>> sums(1);  // all zero, the state in which each slice leaves them
     for (std::int64_t slab; (slab = next++) < slabs;) {
       const std::int64_t first = slab * thickness, last = std::min(slices, first + thickness);
       sum_slab({labels.voxels.data(), grey, weights, labels.grid.size, first, last}, sums[0],

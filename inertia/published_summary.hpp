@@ -1,4 +1,4 @@
-// How a body stands to the published tables as a whole, in a line for each.
+// Compares a body's masses with each published table, in one line per table.
 #pragma once
 
 #include <array>
@@ -10,19 +10,19 @@
 
 namespace borelli {
 
-/// The published tables by name, in the order in which they are shown.
+/// Names of the published tables, in display order.
 inline constexpr std::array<std::string_view, 4> published_tables{"deleva1996", "dumas2007", "winter2009",
                                                                   "zatsiorsky2002"};
 
-/// The mass's share of each part that compares, in percent of the published one.
+/// Difference of the parts' mass shares from one published table, in percent of the published share.
 struct PublishedSummary {
   std::string table;
-  int parts = 0;         ///< how many compare
+  int parts = 0;         ///< number of parts that compare
   double mean_pct = 0;   ///< mean of (measured / published - 1), percent
-  double rms_pct = 0;    ///< root of the mean of its square
-  std::string farthest;  ///< the part that differs most
+  double rms_pct = 0;    ///< root mean square of the same
+  std::string farthest;  ///< the part with the largest difference
   double farthest_pct = 0;
-  std::string why_not;  ///< where no part compares: the reasons, each once
+  std::string why_not;  ///< reasons if no part compares, each once
 };
 std::vector<PublishedSummary> published_summaries(const InertiaTable& table);
 

@@ -15,7 +15,7 @@ struct Step {
   double length;  // mm
 };
 
-// Steps to the 26 neighbours, or to those along the axes where they are still allowed, the shortest first.
+// Steps to the 26 neighbours, restricted to the allowed axes, the shortest first.
 std::vector<Step> steps(const Grid& grid, const std::array<bool, 3>& allowed) {
   std::vector<Step> list;
   for (std::int64_t n = 0; n < 27; ++n) {
@@ -36,9 +36,9 @@ Index index_of(const Grid& grid, std::size_t offset) {
   return {n % grid.size[0], n / grid.size[0] % grid.size[1], n / grid.size[0] / grid.size[1]};
 }
 
-// Marks the voxels of a row that lie in the body (or outside, where `body` is 0), with a neighbour along an
-// axis that does not. `rows` are the row itself and its four neighbours; where there is none, one that does
-// not differ.
+// Marks the voxels of a row that are inside the body (`body` 0: outside) and have a neighbour along an axis
+// on the other side. `rows`: the row itself and its four neighbour rows; a missing neighbour is replaced by a
+// row that does not differ.
 void mark_border(const std::array<const std::uint8_t*, 5>& rows, std::uint8_t body, std::int64_t count,
                  std::uint8_t* marks) {
   const std::uint8_t *const row = rows[0], *const a = rows[1], *const b = rows[2], *const c = rows[3],
@@ -51,8 +51,8 @@ void mark_border(const std::array<const std::uint8_t*, 5>& rows, std::uint8_t bo
   for (std::int64_t i = 0; i < count; ++i) marks[i] &= static_cast<std::uint8_t>(!differs(row[i]));
 }
 
-// Calls visit(offset) for each voxel of the body (or outside) that has a neighbour along an axis on the other
-// side.
+// Calls visit(offset) for each voxel inside the body (or outside) that has a neighbour along an axis on the
+// other side.
 template <class Visit>
 void each_at_border(const LabelMap& labels, bool body, const Visit& visit) {
   const auto [nx, ny, nz] = labels.grid.size;
@@ -76,7 +76,7 @@ void each_at_border(const LabelMap& labels, bool body, const Visit& visit) {
     }
 }
 
-// how many voxels along each axis the skin's mixture reaches beyond a border
+// number of voxels along each axis that the skin's mixture extends beyond a border
 std::array<int, 3> rings_of(const Grid& grid, double blur_reach) {
   const Eigen::Vector3d spacing = grid.spacing();
   std::array<int, 3> rings;
@@ -153,7 +153,7 @@ Result<SkinVolumes> volumes_with_skin(const LabelMap& labels, const Volume<std::
   for (std::size_t label = 1; label < 256; ++label) {
     const auto voxels = static_cast<double>((*bare)[label].voxels);
     volumes.all[label] = voxels;
-    constexpr double few = 8;  // a part that is hardly more than skin: as the others' tissue
+    constexpr double few = 8;  // a part of hardly more than skin uses the others' tissue
     const double density = within.voxels[label] >= few ? within.weight[label] / within.voxels[label]
                            : count > 0                 ? tissue / count
                                                        : 0;

@@ -1,10 +1,9 @@
-// The skin's mixed voxels: those that hold part body, part air, and lie outside a label map.
+// The skin's mixed voxels: partly body, partly air, and outside the label map.
 //
-// A label map ends where a voxel is less than half body; what the voxels beyond hold is then lost (of a
-// blurred hand at 2 mm, 2 %), and what the voxels within lack is not made up for. So each outside voxel near
-// the body is given the label of the part beside it, and counts with its density. Air counts nothing by that,
-// on average: see `BelowAir::straight` in density.hpp. A table or a blanket that touches the skin does count,
-// within that reach.
+// A label map ends where a voxel is less than half body. The body in the voxels beyond is then lost (2 % of a
+// blurred hand at 2 mm), and the air in the voxels within does not compensate. So each outside voxel near the
+// body gets the label of the part beside it and counts with its density. Air then adds nothing on average:
+// see `BelowAir::straight` in density.hpp. A table or blanket within that reach of the skin does count.
 #pragma once
 
 #include <array>
@@ -15,34 +14,34 @@
 
 namespace borelli {
 
-/// The label map with the outside voxels along the body's border added to the part nearest to each: one voxel
-/// along each axis for the voxel's own extent, and further ones as far as the scanner's blur carries,
-/// `blur_reach` in mm (three standard deviations of its point spread; 3 mm is that of a usual CT kernel for
-/// soft tissue).
+/// The label map with outside voxels along the border added to the nearest part. It grows by one voxel along
+/// each axis for the voxel's own extent, and by `blur_reach` mm for the scanner's blur. `blur_reach` is three
+/// standard deviations of the point spread function (3 mm for a usual CT kernel for soft tissue).
 LabelMap grow_skin(const LabelMap& labels, double blur_reach = 2);
 
 /// Volumes in voxels, per label.
 struct SkinVolumes {
-  std::array<double, 256> all{};   ///< with the skin's mixed voxels, each by how much of it is body
-  std::array<double, 256> skin{};  ///< of that, what the skin's mixed voxels hold
+  std::array<double, 256> all{};   ///< with the skin's mixed voxels, each by its share of body
+  std::array<double, 256> skin{};  ///< the share of `all` in the skin's mixed voxels
 };
 
-/// What labels hold where voxels are averages. A label map cut at half loses the outer half of what blur and
-/// voxels smear; so the voxels about its border, as far inwards as grow_skin goes outwards, count with their
-/// weight over that of the tissue next within (the mean of the layer there, label by label). `weights`: with
-/// BelowAir::straight; `grown`: moments of grow_skin's labels by them. Fails as label_moments does.
+/// Volumes of labels if voxels are averages. A label map cut at half loses the outer half of the region
+/// smeared by blur and voxels. So the voxels about its border, as far inwards as grow_skin goes outwards,
+/// count with their weight over the weight of the next inner tissue (mean of the layer there, label by
+/// label). `weights`: with BelowAir::straight; `grown`: moments of grow_skin's labels with these weights.
+/// Errors: as label_moments.
 Result<SkinVolumes> volumes_with_skin(const LabelMap& labels, const Volume<std::int16_t>& grey,
                                       const GreyWeights& weights, const LabelMoments& grown,
                                       double blur_reach = 2, int threads = 0);
 
-/// Are the voxels at the skin mixtures, as a scanner makes them, or points, as in a drawn volume? The share
-/// of the outside voxels with a neighbour in the body along an axis whose weight is 20 to 80 % of that of
-/// water (1000 kg/m^3): nearly none among points, where noise does not reach 20 %, and about 30 % among
-/// averages with a label map cut at half. Fails as label_moments does.
+/// Tells whether voxels at the skin are mixtures, as from a scanner, or points, as in a drawn volume. Of the
+/// outside voxels with a neighbour in the body along an axis, the share whose weight is 20 to 80 % of water's
+/// (1000 kg/m^3). It is nearly zero for points if noise stays below 20 %, and about 30 % for averages with a
+/// label map cut at half. Errors: as label_moments.
 Result<double> mixed_share(const LabelMap& labels, const Volume<std::int16_t>& grey,
                            const GreyWeights& weights);
 
-/// What `mixed_share` means: averages from a tenth on.
+/// Sampling implied by `mixed_share`: averages above a tenth.
 inline Sampling sampling_by(double mixed) { return mixed > 0.1 ? Sampling::averages : Sampling::points; }
 
 }  // namespace borelli

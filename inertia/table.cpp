@@ -66,7 +66,7 @@ Comparison compare(const InertiaTable& table, const InertiaRow& row, std::string
   const bool whole = table.whole.completeness == Completeness::whole;
   if (const auto* same =
           published_segment(published_table, sex, frame.segment, frame.from, frame.to, frame.cuts)) {
-    // radii are about axes: those along the endpoints are the published ones'
+    // radii refer to axes: joint-based axes match the published ones
     const bool own_axes = table.source.frames == "isb" && !frame.origin_name.empty();
     return {same, whole, !own_axes, own_axes ? "mass only: the axes are the ISB's" : ""};
   }

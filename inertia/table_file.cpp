@@ -30,7 +30,7 @@ using Json = nlohmann::ordered_json;
 constexpr std::string_view format_name = "borelli inertia table, 1";
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
-// ---- CSV: a row is its columns' names and fields, and the first row makes the header
+// ---- CSV: a row is a list of column names and fields; the first row gives the header
 
 using Fields = std::vector<std::pair<std::string, std::string>>;
 
@@ -218,7 +218,7 @@ constexpr std::array<std::pair<const char*, std::string InertiaSource::*>, 11> s
      {"segments", &InertiaSource::segments},
      {"segmentation", &InertiaSource::segmentation}}};
 
-// ---- reading: what is wrong is thrown as a sentence and caught at the border, in table_from_json
+// ---- reading: errors are thrown as sentences and caught in table_from_json
 
 struct Damaged {
   std::string what;
@@ -323,7 +323,7 @@ InertiaTable table_from(const Json& json) {
     throw Damaged{fmt::format("its format is \"{}\", expected \"{}\"", format, format_name)};
   InertiaSource source;
   const Json& from = member(json, "source", "the file");
-  source.frames = "joints";  // of older tables, which do not say
+  source.frames = "joints";  // older tables do not state it
   for (const auto& [key, field] : source_fields)
     if (from.contains(key) || (field != &InertiaSource::frames && field != &InertiaSource::segments &&
                                field != &InertiaSource::segmentation))

@@ -1,8 +1,8 @@
-// Shared libraries of ours that are loaded at their first use.
+// Loads our own shared libraries at their first use.
 //
-// VTK, ITK, GDCM, HDF5 and librsvg bring 120 shared libraries; to load them takes 0.2 s of processor time,
-// while most verbs need none of them. So the code that calls one lies in a shared library of its own (a
-// folder on_demand/<library>), which offers a table of functions:
+// VTK, ITK, GDCM, HDF5 and librsvg bring 120 shared libraries; loading them takes 0.2 s of CPU time, and most
+// verbs need none of them. The code that calls one of them is therefore a shared library of its own (a folder
+// on_demand/<library>). It exports a table of functions:
 //
 //   struct SomeFunctions {                                // on_demand/some.hpp
 //     static constexpr const char* library = "borelli_some";
@@ -11,21 +11,21 @@
 //   BORELLI_ON_DEMAND(SomeFunctions){.answer = ...};      // on_demand/some/some.cpp, the library
 //   if (auto some = on_demand<SomeFunctions>()) (*some)->answer(6);   // anywhere
 //
-// Such a library keeps no state that the program shares (the memory limit, the number of threads): a static
-// library that both link has its variables twice.
+// Such a library must not rely on the program's global state (memory limit, number of threads): a static
+// library linked into both has two copies of its variables.
 #pragma once
 
 #include "error/error.hpp"
 
 namespace borelli {
 
-/// The table that `library` offers; the library stays loaded. The dynamic loader looks for it on the run path
-/// of the program: beside it in the build folder, in lib/borelli where it is installed. Errors: not found, or
+/// The function table that `library` exports; the library stays loaded. The dynamic loader searches the run
+/// path of the program: beside it in the build folder, in lib/borelli once installed. Errors: not found, or
 /// not loadable.
 Result<const void*> load_on_demand(const char* library);
 
-/// The functions of a library, which is loaded by the first call. Load it before a child process is to use
-/// it: the child's own would be lost with it.
+/// The functions of a library; the first call loads it. Call this before forking a child process that uses
+/// the library: a library loaded in the child is lost when the child ends.
 template <class Functions>
 Result<const Functions*> on_demand() {
   static const Result<const void*> table = load_on_demand(Functions::library);
@@ -34,7 +34,7 @@ Result<const Functions*> on_demand() {
 
 }  // namespace borelli
 
-/// Defines the table that a library offers. Its type is the library's and the program's, of one version.
+/// Defines the table that a library exports. Library and program must use the same version of its type.
 #define BORELLI_ON_DEMAND(Functions)                                           \
   extern "C" [[gnu::visibility("default")]] const Functions borelli_functions; \
   const Functions borelli_functions

@@ -22,8 +22,8 @@ PlaneMoments arc_antiderivative(double angle) {
   return m;
 }
 
-// The same integrals, of x^(p+1)/(p+1) y^q dy, along the straight way from p to q. The integrands are cubic
-// at most, so Gauss's two points are exact.
+// The same integrals, of x^(p+1)/(p+1) y^q dy, along the straight line from p to q. The integrands are at
+// most cubic, so two Gauss points are exact.
 PlaneMoments chord_integral(const Vector2d& p, const Vector2d& q) {
   constexpr double node = 0.57735026918962576451;  // 1/sqrt(3)
   PlaneMoments m = PlaneMoments::Zero();
@@ -37,7 +37,7 @@ PlaneMoments chord_integral(const Vector2d& p, const Vector2d& q) {
   return m * (0.5 * (q.y() - p.y()));
 }
 
-// The arcs of the circle that no cut takes away: each cut takes the angles within acos(offset) of its normal.
+// The arcs of the circle that remain: each cut removes the angles within acos(offset) of its normal.
 PlaneMoments arcs(std::span<const HalfPlane> cuts) {
   std::array<std::pair<double, double>, 2 * most_cuts> taken;
   std::size_t count = 0;
@@ -72,7 +72,7 @@ PlaneMoments disc_moments(std::span<const HalfPlane> given) {
   for (const HalfPlane& cut : given) {
     if (cut.offset <= -1) return PlaneMoments::Zero();
     if (cut.offset >= 1) continue;
-    // of two cuts with one normal the tighter holds: their chords would be counted twice
+    // of two cuts with one normal only the tighter counts; otherwise both chords would be summed
     const auto same = std::find_if(kept.begin(), kept.begin() + static_cast<std::ptrdiff_t>(count),
                                    [&](const HalfPlane& k) { return k.normal == cut.normal; });
     if (same != kept.begin() + static_cast<std::ptrdiff_t>(count))
@@ -84,7 +84,7 @@ PlaneMoments disc_moments(std::span<const HalfPlane> given) {
 
   PlaneMoments m = arcs(cuts);
   for (std::size_t i = 0; i < count; ++i) {
-    // the chord of cut i, run through with the region on its left, cut by the others
+    // the chord of cut i, traversed with the region on its left and clipped by the other cuts
     const Vector2d n = cuts[i].normal, along(-n.y(), n.x());
     const double half = std::sqrt(1 - cuts[i].offset * cuts[i].offset);
     double from = -half, to = half;

@@ -1,8 +1,8 @@
-// Area and moments, up to second order, of a disc cut by straight lines: the cross-section of every solid of
-// the phantom, up to an affine map.
+// Area and moments, up to second order, of a disc cut by straight lines. Every solid of the phantom has this
+// cross-section, up to an affine map.
 //
-// The boundary of a disc cut by half-planes is made of arcs and chords; Green's theorem turns each moment
-// into a sum over them, and every term has a closed form.
+// The boundary of such a disc consists of arcs and chords. Green's theorem turns each moment into a sum over
+// them, with closed-form terms.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,7 +19,7 @@ struct HalfPlane {
 /// Integrals of 1, x, y, xx, yy, xy.
 using PlaneMoments = Eigen::Matrix<double, 6, 1>;
 
-/// How many half-planes a disc may be cut by.
+/// Largest number of half-planes that may cut a disc.
 inline constexpr std::size_t most_cuts = 16;
 
 /// Moments about its centre of the unit disc cut by at most most_cuts half-planes. Two half-planes with one

@@ -18,8 +18,8 @@ using Numbers = Eigen::Array<double, 1, 5>;  // x, y, a, b, inset
 
 Numbers numbers(const Section& s) { return {s.x, s.y, s.a, s.b, s.inset}; }
 
-// Slopes at the knots: the harmonic mean of the secants on both sides, weighted as Fritsch & Butland do, and
-// none where the secants differ in sign; at the ends the end secant.
+// Slopes at the knots: the weighted harmonic mean of the adjacent secants (Fritsch & Butland), 0 if they
+// differ in sign; at the ends the end secant.
 std::vector<Numbers> monotone_slopes(const std::vector<Section>& s) {
   const std::size_t n = s.size();
   std::vector<Numbers> secant(n - 1), slope(n);
@@ -53,7 +53,7 @@ constexpr std::array<double, 4> gauss_weight{
     0.129484966168869693270611432679082, 0.279705391489276667901467771423780,
     0.381830050505118944950369775488975, 0.417959183673469387755102040816327};
 
-// Moments of one cross-section with those along the axis: integral of q qT dA, q = (x, y, height, 1).
+// Moments of one cross-section, including height: integral of q qT dA, q = (x, y, height, 1).
 using Slice = Matrix4d;
 
 // Moments of the ellipse `e` at `height`, cut by planes given in the stack's frame.
@@ -86,7 +86,7 @@ std::pair<Slice, double> kronrod(const F& slice, double from, double to, const M
   Slice fine = Slice::Zero(), coarse = Slice::Zero();
   for (std::size_t i = 0; i < 8; ++i)
     for (const double sign : {-1.0, 1.0}) {
-      if (i == 7 && sign > 0) continue;  // the middle node stands once
+      if (i == 7 && sign > 0) continue;  // the middle node counts once
       const Slice value = slice(middle + sign * half * kronrod_node[i]);
       fine += kronrod_weight[i] * value;
       if (i % 2 == 1) coarse += gauss_weight[i / 2] * value;
@@ -99,7 +99,7 @@ std::pair<Slice, double> kronrod(const F& slice, double from, double to, const M
 template <class F>
 Slice integrate(const F& slice, double from, double to, const Matrix4d& scale, double allowed, int depth) {
   const auto [value, error] = kronrod(slice, from, to, scale);
-  if (!(error > allowed) || depth == 0) return value;  // so that what is not a number ends here too
+  if (!(error > allowed) || depth == 0) return value;  // the comparison also ends on NaN
   const double middle = 0.5 * (from + to);
   return integrate(slice, from, middle, scale, 0.7 * allowed, depth - 1) +
          integrate(slice, middle, to, scale, 0.7 * allowed, depth - 1);
@@ -151,7 +151,7 @@ void EllipticStack::bound(const HalfSpace& cut) {
   const double offset = cut.offset - cut.normal.dot(frame_.origin);
   for (int c = 0; c < 3; ++c) {
     if (std::abs(std::abs(n[c]) - 1) > 1e-12) continue;
-    // a hair wider, for the rounding of the turn
+    // slightly wider, for the rounding of the rotation
     if (n[c] > 0)
       box_high_[c] = std::max(box_low_[c], std::min(box_high_[c], offset + 1e-9));
     else
@@ -224,7 +224,7 @@ Ellipse EllipticStack::section(double height, std::size_t& at) const {
   const double t = height - piece->from;
   const auto& c = piece->c;
   const auto value = [&](int k) { return c(0, k) + t * (c(1, k) + t * (c(2, k) + t * c(3, k))); };
-  double round = 1;  // how much a rounded end narrows the ellipse
+  double round = 1;  // factor by which a rounded end narrows the ellipse
   if (height < low_ + low_cap_) {
     const double u = (low_ + low_cap_ - height) / low_cap_;
     round *= std::sqrt(std::max(0.0, 1 - u * u));
@@ -259,7 +259,7 @@ int EllipticStack::side(const HalfSpace& half_space) const {
 }
 
 Matrix4d EllipticStack::local_moments() const {
-  // cuts in the stack's own frame; one square to the axis only shortens the way along it
+  // cuts in the stack's own frame; a cut normal to the axis only shortens the integration interval
   double from = low_, to = high_;
   std::vector<HalfSpace> cuts;
   for (const HalfSpace& c : cuts_) {
@@ -275,12 +275,12 @@ Matrix4d EllipticStack::local_moments() const {
   }
   Matrix4d sum = Matrix4d::Zero();
   if (to <= from || (box_high_ - box_low_).minCoeff() <= 0) return sum;
-  // errors count in parts of the solid's box and of its extent from the frame's origin
+  // errors are relative to the solid's extent from the frame's origin
   const Vector3d reach = box_low_.cwiseAbs().cwiseMax(box_high_.cwiseAbs()).cwiseMax(1e-3);
   const Eigen::Vector4d unit(reach.x(), reach.y(), reach.z(), 1);
   const double box = std::max((box_high_ - box_low_).prod(), 1e-2);
   const Matrix4d scale = (unit * unit.transpose()).cwiseInverse() / box;
-  // between these heights all is smooth, but where a cut begins to touch the wall
+  // between these heights the integrand is smooth, except where a cut begins to touch the wall
   std::vector<double> knots{from, to, low_ + low_cap_, high_ - high_cap_};
   for (const Section& s : sections_) knots.push_back(s.height);
   std::sort(knots.begin(), knots.end());

@@ -13,7 +13,7 @@ namespace borelli {
 
 using Eigen::Matrix3d, Eigen::Matrix4d, Eigen::Vector3d;
 
-// CT numbers as they are usual at 120 kV. None lies where the curve schneider2000 falls (100 to 101 HU).
+// CT numbers typical at 120 kV. None lies where the curve schneider2000 falls (100 to 101 HU).
 namespace tissue {
 const PhantomTissue air{"air", -1000}, lung{"lung", -650}, fat{"fat", -100}, brain{"brain", 37},
     blood{"blood", 42}, muscle{"muscle", 45}, liver{"liver", 58}, cartilage{"cartilage", 85},
@@ -38,7 +38,7 @@ std::vector<int> PhantomBuilder::nest(const std::string& name, const EllipticSta
       continue;
     const EllipticStack cut = shape.cut(limits);
     const Matrix4d integral = cut.moments();
-    if (!(integral(3, 3) > 1e-3)) continue;  // mm^3: its box reaches the host, it does not
+    if (!(integral(3, 3) > 1e-3)) continue;  // mm^3: only its box reaches the host
     const int part = outer.part;
     solids.push_back({name, cut, tissue, curve.at(tissue.hu), part, host});
     moments.push_back(integral);
@@ -60,12 +60,12 @@ void PhantomBuilder::mark(const std::string& name, const Vector3d& point) {
 
 namespace {
 
-// By part, integrals of density * p pT (first) and of p pT (second).
+// By part, integrals of density * p pT (mass) and of p pT (volume).
 struct Integrals {
   std::array<Matrix4d, parts.size()> mass, volume;
 };
 
-// Each solid brings its own density in place of its parent's.
+// Each solid's density replaces its parent's.
 Integrals integrals_of(const PhantomBuilder& builder) {
   Integrals sum;
   sum.mass.fill(Matrix4d::Zero());
@@ -83,7 +83,7 @@ Integrals integrals_of(const PhantomBuilder& builder) {
   return sum;
 }
 
-// kg of all parts; [0] is not of the body
+// kg of all parts; [0] is not part of the body
 double mass_of(const PhantomBuilder& builder) {
   const Integrals sum = integrals_of(builder);
   double mass = 0;
@@ -91,7 +91,7 @@ double mass_of(const PhantomBuilder& builder) {
   return mass;
 }
 
-// kg/m^3 mm^3.. mm^5 to an Inertial in m
+// Converts moments from kg/m^3 times mm^3 to mm^5 to an Inertial in m
 Inertial inertial(const Matrix4d& moments) {
   Inertial result;
   if (moments(3, 3) <= 0) return result;
@@ -105,7 +105,7 @@ Inertial inertial(const Matrix4d& moments) {
 
 struct Built {
   PhantomBuilder builder;
-  double flesh_mass = 0, bones_mass = 0;  // kg; the second: what everything within the flesh adds
+  double flesh_mass = 0, bones_mass = 0;  // kg; the second: added by everything nested in the flesh
 };
 
 Built build(const PhantomOptions& options, const BodyPlan& plan, const DensityCurve& curve, double girth,
@@ -126,15 +126,15 @@ Built build(const PhantomOptions& options, const BodyPlan& plan, const DensityCu
 
 constexpr double least_girth = 0.86, most_girth = 1.40;
 
-// The girth at which the flesh weighs `wanted` kg; nothing where none does. Flesh grows with girth, almost as
-// its square.
+// The girth at which the flesh weighs `wanted` kg; empty if there is none. Flesh grows with girth, almost
+// quadratically.
 std::optional<double> find_girth(const PhantomOptions& options, const BodyPlan& plan,
                                  const DensityCurve& curve, double wanted) {
   const auto flesh = [&](double girth) { return build(options, plan, curve, girth, false).flesh_mass; };
   double low = least_girth, high = most_girth;
   double low_miss = flesh(low) - wanted, high_miss = flesh(high) - wanted;
   if (!(low_miss <= 0 && high_miss >= 0)) return std::nullopt;
-  // regula falsi with the Illinois rule: always enclosed, and superlinear
+  // regula falsi with the Illinois rule: always bracketed, superlinear
   int kept = 0;
   for (int i = 0; i < 60 && high - low > 1e-14; ++i) {
     const double girth = high - high_miss * (high - low) / (high_miss - low_miss),
@@ -153,9 +153,9 @@ std::optional<double> find_girth(const PhantomOptions& options, const BodyPlan& 
   return 0.5 * (low + high);
 }
 
-// kg at nominal stature and a given girth. Bones and pose lean on the mass that is asked for, so the mass
-// asked for is the one that comes out: found by repeating, as the flesh changes much more than what leans on
-// it.
+// Mass, kg, at nominal stature and a given girth. Bones and pose depend on the requested mass, which must
+// equal the resulting one. Fixed-point iteration converges, since the flesh changes much more than bones and
+// pose.
 Result<double> mass_at(const PhantomOptions& options, const DensityCurve& curve, double girth) {
   const double nominal = proportions(options).mass_kg;
   double mass = nominal;
@@ -170,7 +170,7 @@ Result<double> mass_at(const PhantomOptions& options, const DensityCurve& curve,
   return mass;
 }
 
-// What a body of this stature can weigh, whatever is asked for: rounded inwards to tenths of a kilogram.
+// Error that states the possible masses at this stature, rounded inwards to tenths of a kilogram.
 Error out_of_range(const PhantomOptions& options, const DensityCurve& curve, double asked, double stature,
                    double cubed) {
   const auto least = mass_at(options, curve, least_girth), most = mass_at(options, curve, most_girth);
@@ -191,7 +191,7 @@ Result<Phantom> build_phantom(const PhantomOptions& options) {
     return bad_use("child", "has the same proportions as girl and boy: leave the sex out");
   const auto curve = density_curve(options.density_curve);
   if (!curve) return tl::unexpected(curve.error());
-  // the body is built at its nominal stature, then everything is scaled alike
+  // the body is built at its nominal stature, then scaled uniformly
   const double nominal_stature = proportions(options).stature * 1e-3;
   const double nominal_mass = proportions(options).mass_kg;
   const double stature = options.stature_m.value_or(usual_stature(options));
@@ -201,13 +201,13 @@ Result<Phantom> build_phantom(const PhantomOptions& options) {
                                           options.child ? "child" : "adult", least, most));
   const double scale = stature / nominal_stature, cubed = scale * scale * scale;
   const double wanted = options.mass_kg.value_or(nominal_mass * cubed) / cubed;
-  if (!(wanted > 0 && std::isfinite(wanted)))  // the nominal mass is neither, so one was asked for
+  if (!(wanted > 0 && std::isfinite(wanted)))  // the nominal mass is valid, so this one was requested
     return bad_use("mass", fmt::format("{} kg is no mass of a body", *options.mass_kg));
   const auto plan = plan_body(options, wanted / nominal_mass);
   if (!plan) return tl::unexpected(plan.error());
 
-  // a few bones lean on the flesh (spinous processes end below the skin), so what they add is found anew with
-  // it
+  // a few bones depend on the flesh (spinous processes end below the skin), so their mass is found
+  // iteratively
   Built built = build(options, *plan, *curve, 1, true);
   for (int round = 0; round < 8; ++round) {
     const double missing = wanted - built.flesh_mass - built.bones_mass;

@@ -1,11 +1,9 @@
-// The sample phantom: an adult standing body made of closed solids of known density, whose mass, gravity
-// centre and inertia tensor are known for each of the sixteen segments, and whose joint centres are known
-// exactly.
+// The sample phantom: an adult standing body made of closed solids of known density. Mass, gravity centre and
+// inertia tensor of each of the sixteen segments are known, and joint centres are known exactly.
 //
-// Segments and their lengths after de Leva (1996) J Biomech 29:1223. Two segments meet in a plane, and the
-// planes are those of segmentation/vocabulary/cuts.hpp at the phantom's own landmarks: whoever finds the
-// landmarks and labels the limbs gets the masses of the table. Solids are disjoint or nested; a nested solid
-// takes the place of what its parent holds there.
+// Segments and their lengths after de Leva (1996) J Biomech 29:1223. Two segments meet in a plane, one of
+// segmentation/vocabulary/cuts.hpp at the phantom's own landmarks. So correct landmarks and labels reproduce
+// the table's masses. Solids are disjoint or nested; a nested solid replaces its parent's material.
 #pragma once
 
 #include <array>
@@ -30,14 +28,14 @@ enum class Sex { male, female };
 
 struct PhantomOptions {
   Sex sex = Sex::male;
-  bool child = false;  ///< proportions of a six-year-old in place of the adult's of either sex
-  /// Draws each segment's length and thickness, the bones' and the way the body stands, left and right each
-  /// for itself: the same seed gives the same body.
+  bool child = false;  ///< proportions of a six-year-old instead of an adult's
+  /// Seed of random variation of each segment's length and thickness, the bones' thickness and the posture,
+  /// left and right independently. The same seed gives the same body.
   std::optional<std::uint64_t> variation;
-  std::string metal_hip;  ///< head and neck of the femur and its socket of metal: left, right or neither
+  std::string metal_hip;  ///< femoral head and neck and acetabulum of metal: "left" or "right"; empty: none
   std::optional<double> stature_m;  ///< sole to vertex; by default the mean of de Leva's sample (child: 1.16)
   std::optional<double> mass_kg;    ///< by default the mean of de Leva's sample, scaled with stature^3
-  std::string density_curve{default_density_curve};  ///< that gives the tissues their densities
+  std::string density_curve{default_density_curve};  ///< sets the tissues' densities
   /// Joint angles in degrees by name (see pose_ranges); those not named keep their default.
   std::map<std::string, double> pose_deg;
 };
@@ -47,7 +45,7 @@ struct PoseAngle {
   std::string_view joint, motion;  ///< named "knee_left_flexion" and so on: joint, side, motion
   double least, most, standing;
 };
-/// Every angle that a phantom has, on each side. Rotation (inwards, about the limb), flexion, then abduction
+/// Every angle of a phantom, on each side. Rotation (inwards, about the limb), then flexion, then abduction
 /// turn a limb from straight down.
 inline constexpr std::array<PoseAngle, 9> pose_angles{{
     {"shoulder", "flexion", -30, 60, 0},
@@ -71,28 +69,28 @@ struct PhantomSolid {
   EllipticStack shape;
   PhantomTissue tissue;
   double density_kgm3 = 0;  ///< of the density curve at the tissue's CT number
-  int part = 0;             ///< label as in parts.hpp; 0: not of the body (the navel's air)
-  int parent = -1;          ///< index of the solid in which this one is nested; -1: in none
+  int part = 0;             ///< label as in parts.hpp; 0: not part of the body (the navel's air)
+  int parent = -1;          ///< index of the solid that contains this one; -1: none
 };
 
 struct Phantom {
-  /// Parents before their children. Limbs that touch are solids that overlap: of two that hold a point, the
-  /// later has it.
+  /// Parents before their children. Limbs that touch are solids that overlap; a point in two of them belongs
+  /// to the later one.
   std::vector<PhantomSolid> solids;
   Landmarks landmarks;                        ///< exact, patient frame, mm
   std::array<Inertial, parts.size()> exact;   ///< by label, patient axes, m; [0] is empty
   std::array<double, parts.size()> volume{};  ///< by label, m^3
-  /// By label: the share of a part's place that another limb or the trunk takes up, too. Skin gives way to a
-  /// few hundredths; a pose that makes it more pushes limbs through each other, which no body can do.
+  /// By label: share of a part's volume that another limb or the trunk occupies too. Soft tissue allows a few
+  /// hundredths; a pose with more pushes limbs through each other, which is impossible.
   std::array<double, parts.size()> overlap{};
   Inertial whole;
-  double girth = 1;  ///< the factor on the flesh's thickness that gave the mass
+  double girth = 1;  ///< factor on the flesh's thickness that gives the mass
 };
 
-/// Builds a body of the given stature and mass. The stature scales everything alike; the mass is then met (to
-/// 1e-9 of it) by scaling the cross-sections of the flesh about unchanged bones. Where limbs touch, one takes
-/// the other's place, and the body weighs less by what they share. Errors: a mass that needs flesh thinner
-/// than the bones or thicker than a body's, an angle that is unknown or out of range.
+/// Builds a body of the given stature and mass. The stature scales everything alike. The mass is then met (to
+/// 1e-9) by scaling the cross-sections of the flesh about unchanged bones. Touching limbs share volume that
+/// counts once, so the body weighs that much less. Errors: a mass that needs flesh thinner than the bones or
+/// thicker than a body's, an angle that is unknown or out of range.
 Result<Phantom> build_phantom(const PhantomOptions& options);
 
 /// Index of the innermost solid that holds a point (patient frame, mm), -1 for none.

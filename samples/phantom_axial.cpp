@@ -1,4 +1,4 @@
-// What the trunk and head of the phantom hold: organs, skull, spine, rib cage, shoulder girdle, pelvis.
+// Contents of the phantom's trunk and head: organs, skull, spine, rib cage, shoulder girdle, pelvis.
 #include <fmt/core.h>
 
 #include <Eigen/Geometry>
@@ -51,7 +51,7 @@ void add_skull(PhantomBuilder& builder, const Flesh& flesh) {
                {flesh.head});
 }
 
-// The middle line of the vertebral bodies: y at a height.
+// y of the vertebral bodies' midline at a height.
 double spine_line(const BodyPlan& plan, double height) {
   const double n = plan.neck, x = plan.xiphion, o = plan.omphalion, w = plan.size.bone;
   const EllipticStack line(Frame{}, {{o - 60, 0, 30 * w, 1, 1},
@@ -70,14 +70,14 @@ struct Vertebra {
   const char* name;
   double low, high;      // middles of the discs below and above
   double a, b;           // semi-axes of the body
-  double lamina, slant;  // half breadth over the transverse processes; how far the spinous process falls
+  double lamina, slant;  // half breadth over the transverse processes; descent of the spinous process
   double disc_low = 0, disc_high = 0;  // half the thickness of those discs
 };
 
 std::vector<Vertebra> vertebrae(const BodyPlan& plan) {
   const double n = plan.neck, x = plan.xiphion, o = plan.omphalion, w = plan.size.bone;
   std::vector<Vertebra> spine;
-  // heights in proportion within a stretch of the spine whose ends are given, from its top down
+  // heights are proportional within a stretch of the spine between given ends, from its top down
   const auto stretch = [&](double top, double bottom, std::initializer_list<const char*> names,
                            std::initializer_list<double> heights, Vector2d upper, Vector2d lower,
                            double lamina, double slant) {
@@ -112,7 +112,7 @@ void add_vertebra(PhantomBuilder& builder, const Flesh& flesh, const Vertebra& v
   const std::vector<int> hosts = trunk_and_head(flesh);
   const BodyPlan& plan = builder.plan;
   const double middle = 0.5 * (v.low + v.high), w = plan.size.bone;
-  // planes that part body, pedicles, lamina and spinous process, from front to back
+  // planes that separate body, pedicles, lamina and spinous process, from front to back
   const double back = spine_line(plan, middle) + 0.8 * v.b, arch = back + 9 * w, rear = arch + 8 * w;
   const auto before = [&](double plane) { return below(Vector3d::UnitY(), {0, plane, 0}); };
   const auto behind = [&](double plane) { return above(Vector3d::UnitY(), {0, plane, 0}); };
@@ -135,7 +135,7 @@ void add_vertebra(PhantomBuilder& builder, const Flesh& flesh, const Vertebra& v
                    .cut(behind(arch))
                    .cut(before(rear)),
                tissue::cortex, hosts);
-  // the spinous process reaches towards the skin of the back; C7's ends at the cervicale
+  // the spinous process extends towards the skin of the back; C7's ends at the cervicale
   Vector3d tip(0, rear + 20 * w, middle - v.slant);
   for (const int host : hosts) {
     if (host < 0) continue;
@@ -159,7 +159,7 @@ void add_ribs(PhantomBuilder& builder, const Flesh& flesh, const std::vector<Ver
   const EllipticStack wall = cage_wall(plan);
   const std::vector<int> hosts{flesh.upper_trunk, flesh.upper_trunk_low, flesh.middle_trunk};
   const double tilt = 22 * std::numbers::pi / 180;
-  const Vector3d normal(0, -std::sin(tilt), std::cos(tilt));  // a rib falls from back to front
+  const Vector3d normal(0, -std::sin(tilt), std::cos(tilt));  // a rib descends from back to front
   for (int k = 1; k <= 12; ++k) {
     const Vertebra& v = spine[static_cast<std::size_t>(6 + k)];
     const double level = std::min(0.5 * (v.low + v.high), wall.high() - 4);
@@ -226,7 +226,7 @@ void add_shoulder_girdle(PhantomBuilder& builder, const Flesh& flesh, int side) 
   Matrix3d plate;
   const Vector3d outwards = Vector3d(0.82, -0.57, 0).normalized();
   plate << outwards, outwards.cross(Vector3d::UnitZ()), Vector3d::UnitZ();
-  // a left-handed set would mirror the plate, which is the same plate
+  // a left-handed frame would give the mirrored plate, which is the same plate
   builder.nest(
       "scapula" + at,
       ellipsoid(shoulder + Vector3d(-70 * w, 37 * w, -28), {43 * w, 3.5 * w, 53 * w}, plate).moved(half),

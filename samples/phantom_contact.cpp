@@ -28,7 +28,7 @@ Box box_of(const EllipticStack& shape) {
     box.low = box.low.cwiseMin(shape.frame().point(local));
     box.high = box.high.cwiseMax(shape.frame().point(local));
   }
-  // planes along the patient's axes, as most are, cut it
+  // planes along the patient's axes (most are) shrink it
   for (const HalfSpace& cut : shape.cuts())
     for (int c = 0; c < 3; ++c) {
       if (cut.normal[c] > 1 - 1e-12) box.high[c] = std::min(box.high[c], cut.offset);
@@ -37,7 +37,7 @@ Box box_of(const EllipticStack& shape) {
   return box;
 }
 
-// A root with its box and all that is nested in it, the innermost last.
+// A root with its box and all solids nested in it, the innermost last.
 struct Root {
   std::size_t first, last;  // indices of solids, both included
   Box box;
@@ -81,7 +81,7 @@ std::vector<SharedPlace> shared_places(const std::vector<PhantomSolid>& solids) 
             const Vector3d p(x, y, z);
             const auto in = [&](std::size_t n) { return solids[n].shape.holds(p); };
             if (!in(winner.first) || !in(loser.first)) continue;
-            // of three that share a place each loses it once: to the next
+            // of three roots that share a point each loses it once, to the next one
             bool counted = false;
             for (std::size_t other = l + 1; other < w && !counted; ++other) counted = in(roots[other].first);
             if (counted) continue;

@@ -1,4 +1,4 @@
-// Limbs that touch: two roots (solids with nothing around them) that overlap. The later one takes the place.
+// Limbs that touch: two overlapping roots (solids nested in none). The later root owns the common volume.
 #pragma once
 
 #include <vector>
@@ -7,18 +7,18 @@
 
 namespace borelli {
 
-/// Each root followed by all that is nested in it, roots in their order: then of the solids that hold a point
-/// the last is the innermost of the root that has the place.
+/// Sorts each root before all solids nested in it, roots in their order. Then the last of the solids that
+/// hold a point is the innermost solid of the root that owns the point.
 std::vector<PhantomSolid> by_root(std::vector<PhantomSolid> solids);
 
-/// What a solid would hold, were it not for a later root's solid that has the place.
+/// The part of a solid that a solid of a later root owns.
 struct SharedPlace {
   std::size_t solid = 0, winner = 0;
   Eigen::Matrix4d moments = Eigen::Matrix4d::Zero();  ///< as EllipticStack::moments
 };
 
-/// All such, on a grid of 2 mm through each pair of roots whose boxes meet (mm of the nominal body): good to
-/// some thousandths of what is shared, which is itself a few hundredths of a limb.
+/// All such parts, on a grid of 2 mm through each pair of roots whose boxes overlap (mm of the nominal body).
+/// Accurate to some thousandths of the shared volume, which is itself a few hundredths of a limb.
 std::vector<SharedPlace> shared_places(const std::vector<PhantomSolid>& solids);
 
 }  // namespace borelli

@@ -1,4 +1,4 @@
-// The phantom's outer form: fat under the skin, muscle within, of every segment; and the navel.
+// The phantom's outer shape: fat under the skin and muscle within, for every segment; and the navel.
 #include <fmt/core.h>
 
 #include <Eigen/Geometry>
@@ -13,8 +13,8 @@ namespace {
 using Eigen::Matrix3d, Eigen::Vector3d;
 using Sections = std::vector<Section>;
 
-// How thick the fat is where a cross-section is `semi` mm wide, girth included. What more girth than 1 adds
-// is half fat and half muscle; less girth thins the fat first.
+// Thickness of fat at a cross-section `semi` mm wide, girth included. Girth above 1 adds half fat, half
+// muscle; girth below 1 thins the fat first.
 double fat_depth(double usual, double semi, double girth) {
   return girth > 1 ? usual + 0.5 * (1 - 1 / girth) * semi : usual * std::max(0.5, 1 - 6 * (1 - girth));
 }
@@ -32,7 +32,7 @@ struct Ends {
   double low = 0, high = 0;  // length of the rounded ends
 };
 
-// Fat with muscle within; answers the muscle's index. Sections carry the fat's thickness as their inset.
+// Adds fat with muscle within; returns the muscle's index. The sections' inset is the fat's thickness.
 int add_limb(PhantomBuilder& builder, const std::string& name, int part, const Frame& frame,
              const Sections& sections, Ends ends, const std::vector<HalfSpace>& cuts,
              const std::vector<HalfSpace>& muscle_cuts = {}) {
@@ -55,36 +55,36 @@ Section at_height(Section section, double height) {
   return section;
 }
 
-// The side of the midsagittal plane on which a limb stays: thick thighs meet there.
+// The limb's side of the midsagittal plane: thick thighs meet there.
 HalfSpace own_half(int side) { return {Vector3d(side == left_side ? -1 : 1, 0, 0), 0}; }
 
-// Heads, hands and feet vary less with girth than trunk and limbs do.
+// Heads, hands and feet vary less with girth than trunk and limbs.
 double lesser(double girth) { return 1 + 0.3 * (girth - 1); }
 
-// Below this plane the thigh is the leg's, above it the trunk's form goes on into it.
+// Below this plane the thigh belongs to the leg; above it, it continues the trunk's shape.
 HalfSpace flank_seat(const BodyPlan& plan) { return {Vector3d::UnitZ(), plan.hip + 40}; }
 
-// How far from the shoulder its plane acts (cuts.hpp: a ball of three radii of the humeral head; here the
-// middle of that ball's edge over the arm's breadth, so that a flat end will do).
+// Distance from the shoulder within which its plane acts (cuts.hpp: a ball of three radii of the humeral
+// head). Here it is the mean height of that ball's edge over the arm's breadth, for a flat end.
 double shoulder_reach(const BodyPlan& plan) { return 0.92 * 3 * humeral_head * plan.size.arm_bone; }
 double shoulder_floor(const BodyPlan& plan) { return plan.upper_arm[0].origin.z() - shoulder_reach(plan); }
 
-// The height at which the hips' cuts meet, below which there is no trunk.
+// The height at which the hips' cuts meet; no trunk lies below it.
 double crotch(const BodyPlan& plan) {
   for (const Cut& cut : plan.cuts)
     if (cut.joint == "hip_left") return cut.normal.dot(cut.point) / cut.normal.z();
   return plan.hip;
 }
 
-// The trunk's depth before and behind the midline: of the fat's outer side at a height.
+// Sections of the trunk: depth before and behind the midline of the fat's outer side at each height.
 Sections trunk_sections(const BodyPlan& plan, double girth) {
   const Proportions& p = plan.size;
   const double n = plan.neck, x = plan.xiphion, o = plan.omphalion, g = girth, c = crotch(plan);
   const double chest = p.chest_flesh * g, waist = p.waist_flesh * g, hips = p.pelvis_flesh * g;
   const double shoulders =
-      p.chest_flesh * (g > 1 ? g : lesser(g));  // slight bodies are not much narrower there
+      p.chest_flesh * (g > 1 ? g : lesser(g));  // slender bodies are not much narrower there
   const double neck = p.neck_flesh * lesser(g);
-  // stretches of the trunk, in parts of the usual male's
+  // lengths of trunk parts relative to the usual male's
   const double rise = (n - x) / 237.6, belly = (x - o) / 211.5, low = (o - plan.hip) / 143;
   const auto at = [&](double height, double y, double a, double b, double size, double fat) -> Section {
     return {height,   0,        y * std::sqrt(size),
@@ -112,8 +112,7 @@ Sections trunk_sections(const BodyPlan& plan, double girth) {
           at(n + 8, -10, 67, 64, neck, 6)};
 }
 
-// Half an ellipsoid of air, its rim where the belly is flat; half of it in each of the two parts that meet
-// there.
+// Half an ellipsoid of air, its rim on the flat belly; half of it lies in each of the two adjacent parts.
 void add_navel(PhantomBuilder& builder, const Flesh& flesh, const HalfSpace& belly_front) {
   const Vector3d rim(0, -belly_front.offset, builder.plan.omphalion);
   builder.plan.landmarks["omphalion"].point = rim;
@@ -125,7 +124,7 @@ void add_navel(PhantomBuilder& builder, const Flesh& flesh, const HalfSpace& bel
 void add_trunk(PhantomBuilder& builder, Flesh& flesh) {
   const BodyPlan& plan = builder.plan;
   const Sections trunk = trunk_sections(plan, builder.girth);
-  // about the navel the belly's skin is flat
+  // the belly's skin is flat around the navel
   const auto belly = std::find_if(trunk.begin(), trunk.end(),
                                   [&](const Section& section) { return section.height == plan.omphalion; });
   const HalfSpace belly_front{-Vector3d::UnitY(), belly->b - belly->y - 1.2};
@@ -155,7 +154,7 @@ void add_trunk(PhantomBuilder& builder, Flesh& flesh) {
   add_navel(builder, flesh, belly_front);
 }
 
-// Ears and nose: ellipsoids cut off by the plane that touches the head where they sit.
+// Ears and nose: ellipsoids cut by the plane tangent to the head at their base.
 void add_face(PhantomBuilder& builder, const Flesh& flesh) {
   const double r = builder.plan.size.head / 238.4, w = builder.plan.size.head_flesh;
   const double ear = builder.plan.neck + 140 * r, nose = builder.plan.neck + 126 * r;
@@ -186,7 +185,7 @@ void add_head(PhantomBuilder& builder, Flesh& flesh) {
                 {n + 178 * r, 0, -18, 79, 100, 4}, {n + plan.size.head, 0, -18, 79, 100, 4}};
   const double size = plan.size.head_flesh;
   head = thickened(head, size, lesser(builder.girth), plan.size.fat > 1 ? 1.1 : 1);
-  // a child's neck is not as large as its head
+  // a child's neck is thin relative to its head
   const double neck = plan.size.neck_flesh / size;
   for (Section& section : head) {
     const double way = std::clamp((section.height - n - 15 * r) / (55 * r), 0.0, 1.0);
@@ -197,8 +196,8 @@ void add_head(PhantomBuilder& builder, Flesh& flesh) {
   flesh.head = add_limb(builder, "head", part, Frame{}, head, {0, 76 * r}, plan.region(part));
 }
 
-// The sections of which a long limb has a different size at its two ends: `ends` beyond `height`, `size` from
-// `reach` mm below it on.
+// Sections of a long limb with different sizes at its ends: `ends` above `height`, `size` from `reach` mm
+// below it.
 Sections resized(Sections sections, double height, double reach, double ends, double size) {
   for (Section& section : sections) {
     const double way = std::clamp((height - section.height) / reach, 0.0, 1.0);
@@ -208,7 +207,8 @@ Sections resized(Sections sections, double height, double reach, double ends, do
   return sections;
 }
 
-// Beyond a joint both limbs go on as they are there, so that the skins of a bent one meet on its plane.
+// Beyond a joint both limbs continue their sections there, so that the skins of a bent joint meet on its
+// plane.
 constexpr Section elbow{0, 0, 0, 41, 40, 5}, knee{0, 0, 2, 56, 59, 6};
 
 void add_arm(PhantomBuilder& builder, Flesh& flesh, int side) {
@@ -226,7 +226,7 @@ void add_arm(PhantomBuilder& builder, Flesh& flesh, int side) {
   const Sections thick = thickened(upper, p.arm_flesh, g, p.fat);
   const int part = part_label(upper_arm);
   std::vector<HalfSpace> cuts = plan.region(part);
-  if (plan.crosses_shoulders) {  // the rest of the arm lies where it may, on either side of the plane
+  if (plan.crosses_shoulders) {  // the rest of the arm may lie on either side of the plane
     const Vector3d along = plan.upper_arm[s].axes.col(2),
                    end = plan.upper_arm[s].point({0, 0, -shoulder_reach(plan)});
     const HalfSpace rest{along, along.dot(end)};
@@ -328,7 +328,7 @@ void add_foot(PhantomBuilder& builder, Flesh& flesh, int side) {
   const Proportions& p = plan.size;
   const std::size_t s = static_cast<std::size_t>(side);
   const std::string name = fmt::format("foot_{}", side_name[s]);
-  // it lies along its length: heights run from heel to toe, x lateral, y up from the sole
+  // the stack lies along the foot: heights run from heel to toe, x lateral, y up from the sole
   Matrix3d along;
   along << 1, 0, 0, 0, 0, -1, 0, 1, 0;
   const Frame frame = plan.foot[s].then({along, Vector3d(0, 0, -p.ankle)});
@@ -364,7 +364,7 @@ Flesh add_flesh(PhantomBuilder& builder) {
   add_trunk(builder, flesh);
   add_head(builder, flesh);
   add_face(builder, flesh);
-  // where they touch, arms take the place of legs and trunk, and hands of arms
+  // where they touch, arms take precedence over legs and trunk, and hands over arms
   for (const int side : {left_side, right_side}) {
     add_thigh(builder, flesh, side);
     add_shank(builder, flesh, side);

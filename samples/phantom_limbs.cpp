@@ -1,5 +1,5 @@
-// The phantom's limb bones. Long bones end at the joints with a gap of a few millimetres; ends that move on
-// each other are spheres (shoulder, hip) or cylinders on the joint's axis (elbow, knee, ankle).
+// The phantom's limb bones. Long bones end at the joints with a gap of a few millimetres; articulating ends
+// are spheres (shoulder, hip) or cylinders on the joint's axis (elbow, knee, ankle).
 #include <fmt/core.h>
 
 #include <Eigen/Geometry>
@@ -12,8 +12,8 @@ namespace {
 
 using Eigen::Matrix3d, Eigen::Vector2d, Eigen::Vector3d;
 
-// All shapes are given in their limb's frame (see phantom_plan.hpp), in mm of a bone of usual thickness: `w`
-// scales what lies across the limb.
+// All shapes are given in their limb's frame (see phantom_plan.hpp), in mm for a bone of usual thickness: `w`
+// scales dimensions across the limb.
 struct LimbBones {
   PhantomBuilder& builder;
   const Frame& frame;
@@ -86,7 +86,8 @@ void add_forearm_bones(const LimbBones& limb, double length) {
                                              {-14, 13, 0, 10, 10}})),
            2);
   limb.mark("ulnar_styloid", {-1 * w, 14 * w, -l + 5});
-  limb.mark("radial_styloid", {1 * w, -21 * w, -l + 6});  // its end is flat: the rim, farthest from the ulna
+  limb.mark("radial_styloid",
+            {1 * w, -21 * w, -l + 6});  // its end is flat: the rim point farthest from the ulna
 }
 
 void add_hand_bones(const LimbBones& palm, const PhantomBuilder& builder, const Flesh& flesh,
@@ -192,7 +193,7 @@ void add_foot_bones(const LimbBones& limb, double ankle, double length) {
            cone({-2, -9 * w, -4 * v}, {-7, -36 * f, -16 * v}, Vector2d(12, 8) * w, Vector2d(11, 9) * w)
                .cut(below(back, {0, -9 * w, 0})),
            1.5);
-  // along the foot: heights run from heel to toe
+  // the stack lies along the foot: heights run from heel to toe
   Matrix3d along;
   along << 1, 0, 0, 0, 0, -1, 0, 1, 0;
   const Frame foot{along, Vector3d::Zero()};

@@ -16,10 +16,10 @@ namespace {
 
 using Eigen::AngleAxisd, Eigen::Matrix3d, Eigen::Vector3d;
 
-// Lengths: de Leva (1996) Table 4, mean stature and mass of the samples there. Breadths of hips (Bell, Brand
-// & Pedersen 1989: the hip centre stands 14 to 18 % of the inter-ASIS distance medial of the ASIS) and
-// shoulders: common adult values. The flesh factors are ours, chosen so that the masses come near de Leva's
-// fractions.
+// Lengths: de Leva (1996) Table 4, with mean stature and mass of the samples there. Breadth of hips: Bell,
+// Brand & Pedersen 1989 (the hip centre lies 14 to 18 % of the inter-ASIS distance medial of the ASIS).
+// Breadth of shoulders: common adult values. The flesh factors are ours, chosen to bring the masses close to
+// de Leva's fractions.
 constexpr Proportions male{.stature = 1741,
                            .mass_kg = 73.0,
                            .head = 242.9,
@@ -91,9 +91,9 @@ constexpr Proportions female{.stature = 1735,
                              .foot_flesh = 0.966,
                              .fat = 1.25};
 
-// A child of six years, drawn at an adult's stature and then scaled to its own: a large head, short legs.
-// Stature and mass: WHO Child Growth Standards, median of boys of six (1.16 m, 20.5 kg). Lengths and
-// breadths: in the ranges that Snyder et al. (1977, UMTRI-77-17) give for that age, rounded.
+// A child of six years, built at an adult's stature and then scaled: a large head, short legs. Stature and
+// mass: WHO Child Growth Standards, median of boys of six (1.16 m, 20.5 kg). Lengths and breadths: rounded,
+// within the ranges of Snyder et al. (1977, UMTRI-77-17) for that age.
 constexpr double child_stature = 1.16;  // m
 constexpr Proportions child{.stature = 1741,
                             .mass_kg = 69.3,
@@ -131,7 +131,7 @@ constexpr Proportions child{.stature = 1741,
                             .foot_flesh = 1.06,
                             .fat = 1.1};
 
-// Uniform numbers of a seed, one after the other (splitmix64, Steele, Lea & Flood 2014).
+// Uniform random numbers from a seed (splitmix64, Steele, Lea & Flood 2014).
 class Draw {
  public:
   explicit Draw(std::uint64_t seed) : state_(seed) {}
@@ -146,8 +146,8 @@ class Draw {
   std::uint64_t state_;
 };
 
-// No two measures vary together but those that bones or planes tie: so no scale per segment makes one such
-// body of another.
+// Measures vary independently, except those tied by bones or planes: so scaling segments does not turn one
+// such body into another.
 void vary(Proportions& p, std::uint64_t seed) {
   const Proportions usual = p;
   Draw draw(seed);
@@ -180,7 +180,8 @@ void vary(Proportions& p, std::uint64_t seed) {
   by(0.05, {&p.shank_flesh});
   by(0.02, {&p.foot_flesh});
   by(0.15, {&p.fat});
-  // bones are slighter, each limb's by itself, and never wider than the flesh about their joints leaves them
+  // bones only become thinner, each limb's independently, and never wider than the flesh about their joints
+  // allows
   const auto no_wider = [&](double Proportions::*flesh) { return std::min(1.0, p.*flesh / usual.*flesh); };
   p.shoulder_half = std::min(p.shoulder_half, usual.shoulder_half * p.chest_flesh / usual.chest_flesh);
   p.bone *= no_wider(&Proportions::chest_flesh) * draw.between(0.93, 0.99);
@@ -203,8 +204,8 @@ std::string angle_name(const PoseAngle& angle, std::string_view side) {
   return fmt::format("{}_{}_{}", angle.joint, side, angle.motion);
 }
 
-// Heavy bodies hold their arms further off. Nobody stands quite straight, nor alike on both sides: `draw`
-// turns each joint a little, as far as it can go.
+// Heavy bodies abduct the arms more. Nobody stands quite straight or symmetrically: `draw` varies each joint
+// a little, within its range.
 double standing_angle(const PoseAngle& angle, double build, std::optional<Draw>& draw) {
   const bool arms = angle.joint == "shoulder" && angle.motion == "abduction";
   const double straight = arms ? angle.standing + 25 * std::max(0.0, build - 1) : angle.standing;
@@ -241,7 +242,8 @@ Result<std::map<std::string, double>> all_angles(const PhantomOptions& options, 
 
 void place_levels(BodyPlan& plan) {
   const Proportions& p = plan.size;
-  // de Leva's lengths and an ankle's height do not quite add up to stature: the axial ones take one factor
+  // de Leva's lengths and the ankle's height do not add up exactly to the stature: axial lengths get one
+  // factor
   const double axial = (p.stature - p.ankle) / (p.head + p.thorax + p.abdomen + p.pelvis + p.thigh + p.shank);
   plan.size.thigh *= axial;
   plan.size.shank *= axial;
@@ -258,7 +260,7 @@ void place_leg(BodyPlan& plan, int side, const Frame& half, const std::map<std::
     return angles.at(fmt::format("{}_{}_{}", joint, side_name[static_cast<std::size_t>(side)], motion));
   };
   const Proportions& p = plan.size;
-  // standing, the legs open a little and the feet point a little outwards
+  // standing: legs slightly apart, feet pointing slightly outwards
   const Matrix3d thigh = axes_along({-0.02, 0.0, 1.0}, Vector3d::UnitX());
   const Matrix3d shank = axes_along({-0.012, -0.02, 1.0}, Vector3d::UnitX()), foot = about_z(8);
   const double reach = p.thigh * thigh(2, 2) + p.shank * shank(2, 2);
@@ -367,7 +369,7 @@ Result<BodyPlan> plan_body(const PhantomOptions& options, double build) {
     plan.crosses_shoulders = plan.crosses_shoulders || abduction < 8 || abduction > 60;
   }
   place_levels(plan);
-  // both sides are made as the left one is; the right one's frames are mirrored
+  // both sides are built like the left one; the right one's frames are mirrored
   const std::array<Frame, 2> half{Frame{},
                                   Frame{Vector3d(-1, 1, 1).asDiagonal().toDenseMatrix(), Vector3d::Zero()}};
   for (const int side : {left_side, right_side}) {

@@ -26,7 +26,7 @@ struct Box {
   }
 };
 
-// Box of a solid in coordinates q = map * p - shift.
+// Bounding box of a solid in coordinates q = map * p - shift.
 Box box_in(const EllipticStack& shape, const Matrix3d& map, const Vector3d& shift) {
   Box box;
   for (int corner = 0; corner < 8; ++corner) {
@@ -37,8 +37,8 @@ Box box_in(const EllipticStack& shape, const Matrix3d& map, const Vector3d& shif
   return box;
 }
 
-// The part of a row of voxels, from index `first` to `last`, that can lie in a solid: points start + i * step
-// in the solid's own frame, cut by its box and its planes.
+// The index range, `first` to `last`, of a row of voxels that can lie in a solid, limited by its box and its
+// planes. Voxel i is at start + i * step in the solid's own frame.
 struct Row {
   Vector3d start, step;
   std::int64_t first, last;
@@ -53,7 +53,7 @@ struct Row {
   }
 };
 
-// One solid made ready for a grid.
+// One solid prepared for a grid.
 struct Placed {
   const EllipticStack* shape;
   Vector3d start;  // voxel (0, 0, 0) in the solid's frame
@@ -84,7 +84,8 @@ struct Placed {
 
   bool empty() const { return low[0] > high[0] || low[1] > high[1] || low[2] > high[2]; }
 
-  // Calls fill(i) for each voxel of row (j, k) whose centre the uncut, solid stack and its planes hold.
+  // Calls fill(i) for each voxel of row (j, k) whose centre lies in the stack (without cuts and hole) and
+  // within its planes.
   template <class F>
   void row(std::int64_t j, std::int64_t k, const F& fill) const {
     Row r{start + step.col(1) * static_cast<double>(j) + step.col(2) * static_cast<double>(k), step.col(0),
@@ -96,7 +97,7 @@ struct Placed {
     for (const Plane& p : planes) r.limit(p.normal.dot(r.start), p.normal.dot(r.step), p.offset);
     if (r.first > r.last) return;
     if (std::abs(r.step.z()) < 1e-12) {
-      // the row stays in one cross-section: its voxels in the ellipse follow one another
+      // the row stays in one cross-section: its voxels in the ellipse are contiguous
       const Ellipse e = shape->section(std::clamp(r.start.z(), shape->low(), shape->high()));
       if (e.a <= 0 || e.b <= 0) return;
       const double ux = (r.start.x() - e.x) / e.a, uy = (r.start.y() - e.y) / e.b;
@@ -121,7 +122,7 @@ struct Placed {
 };
 
 // Writes, for slice k, the index + 1 of the innermost solid at each voxel's centre (0: none). Solids come
-// parents first, so that the last one that holds a point is the innermost.
+// parents first, so the last one that holds a point is the innermost.
 class Painter {
  public:
   Painter(const std::vector<PhantomSolid>& solids, const Grid& grid) : grid_(grid) {
@@ -155,7 +156,7 @@ class Painter {
   std::vector<std::uint16_t> index_;
 };
 
-// Mean CT number over 4 x 4 x 4 points in each voxel
+// Mean CT number over 4 x 4 x 4 points in each voxel.
 std::vector<float> supersampled(const std::vector<PhantomSolid>& solids, const std::vector<int>& hu,
                                 const Grid& grid, int threads) {
   constexpr int fine = 4;
@@ -181,7 +182,7 @@ std::vector<float> supersampled(const std::vector<PhantomSolid>& solids, const s
   return mean;
 }
 
-// Points spread over the walls of the outermost solids, cuts not regarded.
+// Visits points spread over the walls of the outermost solids, ignoring cuts.
 template <class Visit>
 void each_skin_point(const Phantom& phantom, const Visit& visit) {
   for (const PhantomSolid& solid : phantom.solids) {
@@ -200,7 +201,7 @@ void each_skin_point(const Phantom& phantom, const Visit& visit) {
 
 std::vector<PhantomSolid> phantom_table(const Phantom& phantom) {
   constexpr double radius = 700, half_width = 230, gap = 3, shell = 2, core = 24;
-  // the trough's axis stands so that no point of the body comes nearer than the gap
+  // place the trough's axis so that every point of the body keeps the gap
   double axis_y = -1e30, low = 1e30, high = -1e30;
   each_skin_point(phantom, [&](const Vector3d& p) {
     low = std::min(low, p.z());
@@ -260,7 +261,7 @@ Result<void> check_scan(const GridOptions& grid, const ScanOptions& scan) {
     all.push_back({"offset", " voxels", grid.offset[c], -1, 1});
   }
   for (const Bounded& b : all)
-    if (!(b.value >= b.least && b.value <= b.most))  // so that NaN is refused
+    if (!(b.value >= b.least && b.value <= b.most))  // also refuses NaN
       return bad_use(b.name, fmt::format("{:g}{} is out of range: give {:g} to {:g}{}", b.value, b.unit,
                                          b.least, b.most, b.unit));
   return {};
@@ -286,7 +287,7 @@ Grid phantom_grid(const Phantom& phantom, const GridOptions& options, bool table
   }
   if (table)
     for (const PhantomSolid& solid : phantom_table(phantom)) {
-      // the trough is a small part of its circle: hold its corners, as long as the body
+      // the trough is a small part of its circle: include its corners, as long as the body
       for (const double x : {-232.0, 232.0})
         for (const double z : {0.0, phantom.landmarks.at("vertex").point.z()}) {
           const Ellipse e = solid.shape.section(z);
@@ -296,7 +297,7 @@ Grid phantom_grid(const Phantom& phantom, const GridOptions& options, bool table
   const Vector3d margin = Vector3d::Constant(options.margin).cwiseQuotient(options.spacing);
   Vector3d first = (box.low - margin).array().floor() - 1;
   Vector3d last = (box.high + margin).array().ceil();
-  Box kept;  // of what is scanned, in voxels
+  Box kept;  // the scanned box, in voxels
   for (int corner = 0; corner < 8; ++corner) {
     Vector3d p;
     for (int c = 0; c < 3; ++c) p[c] = corner >> c & 1 ? options.crop_high[c] : options.crop_low[c];
@@ -304,8 +305,8 @@ Grid phantom_grid(const Phantom& phantom, const GridOptions& options, bool table
   }
   first = first.cwiseMax(kept.low.array().ceil().matrix());
   last = last.cwiseMin((kept.high.array().floor() - 1).matrix());
-  // the faces of voxels, not their centres, pass through the patient origin: so soles on the floor end
-  // between two layers, and left and right are alike
+  // voxel faces, not centres, pass through the patient origin: so soles on the floor end between two layers,
+  // and left and right are symmetric
   grid.origin = grid.axes * (first + Vector3d::Constant(0.5) + options.offset);
   for (int c = 0; c < 3; ++c)
     grid.size[static_cast<std::size_t>(c)] = static_cast<std::int64_t>(last[c] - first[c]) + 1;
@@ -315,13 +316,13 @@ Grid phantom_grid(const Phantom& phantom, const GridOptions& options, bool table
 double bytes_of_scan(const Grid& grid, const ScanOptions& options) {
   const bool has_fractions =
       options.partial_volume || options.blur_mm > 0 || options.noise_hu > 0 || options.streaks_hu > 0;
-  double bytes = has_fractions ? 7 : 3;  // a voxel: int16 CT number, uint8 label, float where needed
+  double bytes = has_fractions ? 7 : 3;  // per voxel: int16 CT number, uint8 label, float if needed
   for (const auto size : grid.size) bytes *= static_cast<double>(size);
   return bytes;
 }
 
 Scan voxelise(const Phantom& phantom, const Grid& grid, const ScanOptions& options) {
-  std::vector<PhantomSolid> solids;  // things first: the body takes their place
+  std::vector<PhantomSolid> solids;  // table and blanket first: the body takes precedence
   if (options.blanket) solids.push_back(phantom_blanket(phantom));
   if (options.table)
     for (const PhantomSolid& solid : phantom_table(phantom)) solids.push_back(solid);

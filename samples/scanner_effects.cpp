@@ -15,7 +15,7 @@ std::int16_t to_hu(double value) {
   return static_cast<std::int16_t>(std::lround(std::clamp(value, -1024.0, 3071.0)));
 }
 
-// splitmix64 (Steele, Lea & Flood 2014): a number for each counter, whatever the order
+// splitmix64 (Steele, Lea & Flood 2014): one number per counter, independent of the order of calls
 std::uint64_t mixed(std::uint64_t z) {
   z += 0x9e3779b97f4a7c15u;
   z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
@@ -23,7 +23,7 @@ std::uint64_t mixed(std::uint64_t z) {
   return z ^ (z >> 31);
 }
 
-// A standard normal number for a voxel (Box & Muller 1958)
+// A standard normal number per voxel (Box & Muller 1958).
 double normal_at(std::uint64_t seed, std::uint64_t voxel) {
   const std::uint64_t one = mixed(mixed(seed) ^ (2 * voxel)), two = mixed(mixed(seed) ^ (2 * voxel + 1));
   const double u = (static_cast<double>(one >> 11) + 0.5) * 0x1p-53,
@@ -31,7 +31,7 @@ double normal_at(std::uint64_t seed, std::uint64_t voxel) {
   return std::sqrt(-2 * std::log(u)) * std::cos(2 * std::numbers::pi * v);
 }
 
-// Blurs along one axis of the grid; beyond the grid lies air.
+// Blurs along one axis of the grid, with air beyond the grid.
 void blur_axis(std::vector<float>& voxels, const Grid& grid, int axis, double sigma, int threads) {
   const double step = grid.axes.col(axis).norm(), s = sigma / step;
   const int reach = static_cast<int>(std::ceil(4 * s));
@@ -62,8 +62,8 @@ void blur_axis(std::vector<float>& voxels, const Grid& grid, int axis, double si
   });
 }
 
-// What a slice shows beside metal: rays out of it, dark along its long side and bright and dark between, that
-// weaken with the distance (a picture of beam hardening and lost photons, not a model of them).
+// Adds streaks to slices with metal: dark along its long side, alternately bright and dark in between, weaker
+// with distance. They imitate beam hardening and photon starvation, without modelling them.
 void add_streaks(std::vector<float>& value, const GreyVolume& grey, const ScanOptions& options) {
   const Grid& grid = grey.grid;
   const double side = 20;  // mm, from the metal's middle
@@ -81,7 +81,7 @@ void add_streaks(std::vector<float>& value, const GreyVolume& grey, const ScanOp
     if (count == 0) return;
     const Vector3d middle = grid.point(sum / count);
     const double turn =
-        static_cast<double>(k) * grid.axes.col(2).norm() / 15;  // they turn from slice to slice
+        static_cast<double>(k) * grid.axes.col(2).norm() / 15;  // the streaks rotate from slice to slice
     visit([&](std::size_t o, const Vector3d& at) {
       if (grey.voxels[o] == tissue::metal.hu) return;
       const Vector3d d = grid.point(at) - middle;

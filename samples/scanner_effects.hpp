@@ -1,4 +1,4 @@
-// What a scanner adds to a body's CT numbers: streaks from metal, blur, noise, a round field of view.
+// Effects of a scanner on a body's CT numbers: streaks from metal, blur, noise, a round field of view.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace borelli {
 
-// Runs work(k) for every k below `count`, on some threads.
+// Runs work(k) for every k below `count`, on several threads.
 template <class F>
 void each_slice(std::int64_t count, int threads, const F& work) {
   in_turns(count, threads, [&](std::int64_t first, std::int64_t last) {
@@ -17,12 +17,13 @@ void each_slice(std::int64_t count, int threads, const F& work) {
   });
 }
 
-/// Fills `scan.grey` from exact CT numbers by offset: streaks, blur, noise and the round view of `options`,
-/// in this order, clamped to -1024 to 3071. Voxels of `scan.grey` that hold tissue::metal's CT number are
-/// metal.
+/// Fills `scan.grey` from exact CT numbers by voxel index. Adds the streaks, blur, noise and round field of
+/// view of `options`, in this order, clamped to -1024 to 3071. Metal voxels are those of `scan.grey` that
+/// hold tissue::metal's CT number.
 void add_scanner_effects(std::vector<float> value, const ScanOptions& options, Scan& scan);
 
-/// Outside a round view voxels hold -2000 and belong to nothing; all is in view if `diameter` (mm) is 0.
+/// Voxels outside a round field of view become -2000 and lose their label; if `diameter` (mm) is 0, all are
+/// in view.
 void limit_view(Scan& scan, double diameter, int threads);
 
 }  // namespace borelli

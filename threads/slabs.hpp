@@ -1,4 +1,4 @@
-// Work shared among threads: slices of a volume, members of an ensemble.
+// Shares work among threads: slices of a volume, members of an ensemble.
 #pragma once
 
 #include <algorithm>
@@ -13,12 +13,12 @@
 
 namespace borelli {
 
-/// How many threads 0 stands for: as many as the machine has, unless the program was told another number
-/// before anything worked.
+/// The number of threads that `threads` = 0 stands for: as many as the machine has, unless the program sets
+/// another number at its start.
 inline int all_threads = int(std::max(1U, std::thread::hardware_concurrency()));
 
 /// Runs work(first, last) on disjoint ranges that make up [0, count), one range per thread. `threads` 0:
-/// all_threads. What `work` throws first is thrown once all ranges have come to an end.
+/// all_threads. Once all ranges have ended, rethrows the first exception that `work` threw.
 template <class Work>
 void in_slabs(std::int64_t count, int threads, const Work& work) {
   const std::int64_t wanted = threads > 0 ? threads : all_threads;
@@ -34,11 +34,11 @@ void in_slabs(std::int64_t count, int threads, const Work& work) {
     }
   };
   {
-    std::vector<std::jthread> team;  // which ends before this block is left
+    std::vector<std::jthread> team;  // joined at the end of this block
     std::int64_t started = 1;
     try {
       for (; started < n; ++started) team.emplace_back([&, started] { work_on(started); });
-    } catch (const std::system_error&) {  // no more threads can be had: the rest is the caller's
+    } catch (const std::system_error&) {  // no more threads available: this thread does the rest
     }
     work_on(0);
     for (; started < n; ++started) work_on(started);
@@ -46,8 +46,7 @@ void in_slabs(std::int64_t count, int threads, const Work& work) {
   if (thrown) std::rethrow_exception(thrown);
 }
 
-/// The same in more ranges than threads, each of which takes the next one that is left: where some take much
-/// longer than others.
+/// Like in_slabs, with up to 64 ranges: each thread takes the next free one. For ranges of unequal duration.
 template <class Work>
 void in_turns(std::int64_t count, int threads, const Work& work) {
   const std::int64_t ranges = std::clamp<std::int64_t>(count, 1, 64);
@@ -58,8 +57,8 @@ void in_turns(std::int64_t count, int threads, const Work& work) {
   });
 }
 
-/// How std::async is to do what may go on aside, where work is shared among as many `threads`: in a thread of
-/// its own if there is more than one and another can be had, else when it is waited for.
+/// Launch policy of std::async for side work, given the number of `threads` in use. More than one: a new
+/// thread if one is available, else deferred until it is waited for. One: always deferred.
 inline std::launch aside(int threads) {
   return (threads > 0 ? threads : all_threads) == 1 ? std::launch::deferred
                                                     : std::launch::async | std::launch::deferred;

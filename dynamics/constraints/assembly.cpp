@@ -12,23 +12,23 @@ namespace borelli {
 
 namespace {
 
-// residuals are measured against the size of what a constraint ties (rows that are lengths) or one (angles,
-// couplings)
-constexpr double reached = 1e-13;   // nothing more to gain in double precision
-constexpr double satisfied = 1e-9;  // what counts as met: rounding in scenes far from their origin included
-constexpr double largest_turn =
-    0.3;  // of one Newton step, rad or scene sizes: beyond, linearisation means little
+// Residuals are relative to the size of what the constraint ties (rows that are lengths) or to 1 (angles,
+// couplings).
+constexpr double reached = 1e-13;   // the limit of double precision
+constexpr double satisfied = 1e-9;  // accepted residual; allows for rounding in scenes far from their origin
+constexpr double largest_turn = 0.3;  // per Newton step, rad or scene sizes; linearisation fails beyond
 
-// a part of the scene's size below which `satisfied` would ask for less than rounding: 1e-14 of the size
+// Least residual scale, in parts of the scene's length: with it `satisfied` never asks for less than 1e-14 of
+// that length, which is rounding.
 constexpr double rounding_share = 1e-5;
 
 double residual(const System& system, const Workspace& w, int row) {
-  // far from the origin rounding alone is as large as `reached` of a small thing
+  // Far from the origin, rounding alone exceeds `reached` for a small object.
   const double scale = std::max(system.row_scale[row], rounding_share * system.length);
   return std::abs(w.rows.h[row]) / scale;
 }
 
-/// Of each independent group, the row that is farthest off.
+/// Per independent group, the row with the largest residual.
 void find_worst_rows(const System& system, const Workspace& w, Eigen::VectorXi& rows) {
   rows.setConstant(system.groups, -1);
   for (int row = 0; row < system.rows; ++row) {
@@ -60,15 +60,15 @@ std::pair<double, double> total_residual(const System& system, const Workspace& 
 
 }  // namespace
 
-// Where assembly ends, at the least sum of squares, sum_i h_i grad h_i = 0: the rows that are unmet are
-// dependent there, and each bears its residual's part of the contradiction.
+// Assembly ends at the least sum of squares, where sum_i h_i grad h_i = 0. The rows with a residual are
+// dependent there, and each residual shows the row's part in the contradiction.
 std::string contradiction(const System& system, const Workspace& w, int row) {
   std::vector<std::string> names = w.solver.rows_behind(row);
   const double own = residual(system, w, row);
   for (int other = 0; other < system.rows; ++other) {
     const std::string& name = system.row_names[other];
     if (other == row || system.row_constraint[other] == system.row_constraint[row]) continue;
-    // below a thousandth it is what the others' unmet rows left unfinished
+    // Residuals below a thousandth of this row's are only unfinished convergence.
     if (residual(system, w, other) > std::max(satisfied, 1e-3 * own) &&
         std::find(names.begin(), names.end(), name) == names.end())
       names.push_back(name);
@@ -91,7 +91,7 @@ class Assembler {
     }
     if (const Fault fault = update(state_.q)) return tl::unexpected(describe(system_, fault, state_.t));
     w_.solver.prepare(w_.rows.L, w_.factor, true, RowSet::positions);
-    for (int k = system_.rows - 1; k >= 0; --k)  // dependent rows first: they contradict the others
+    for (int k = system_.rows - 1; k >= 0; --k)  // dependent rows first: these contradict others
       if (const int row = w_.solver.order()[k]; !(residual(system_, w_, row) <= satisfied))
         return tl::unexpected(unsatisfied(row));
     if (auto done = assemble_velocities(); !done) return tl::unexpected(done.error());
@@ -103,7 +103,7 @@ class Assembler {
   }
 
  private:
-  /// Whether the row is one of a contact, which holds nothing yet.
+  /// Whether the row belongs to a contact; contacts hold nothing yet.
   bool rests(int row) const {
     const auto& contacts = system_.contacts;
     return std::any_of(contacts.begin(), contacts.end(),
@@ -114,7 +114,7 @@ class Assembler {
     return update_terms(system_, parameters_, state_.t, q.data(), state_.v.data(), w_);
   }
 
-  /// One Gauss-Newton step, with the damping that serves best. False: the residual will not fall.
+  /// One Gauss-Newton step with the best of several dampings. False: no step lowers the residual.
   bool improve() {
     const double before = total_residual(system_, w_).second;
     w_.wanted = -w_.rows.h;
@@ -129,13 +129,13 @@ class Assembler {
         best = after;
         reached_q = trial_;
       }
-      if (best < 0.1 * before) break;  // good enough
+      if (best < 0.1 * before) break;  // a tenfold reduction is good enough
     }
     if (best < before) state_.q = reached_q;
     return best < before;
   }
 
-  /// Of all rows squared, having moved by the step, or by a part of it if it is long.
+  /// Sum of squared residuals of all rows after the step, which is shortened to `largest_turn` if longer.
   double residual_after(const Eigen::VectorXd& step) {
     double largest = 0;
     for (const CoordinateInfo& info : system_.coordinates)
@@ -196,7 +196,7 @@ Assembly::Move largest_move(const System& system, const State& before, const Sta
     double size;
     if (!positions) {
       size = (after.v - before.v).segment(info.v_index, info.v_size).norm();
-    } else if (info.q_size == 4) {  // the angle between two orientations, by the chord of their quaternions
+    } else if (info.q_size == 4) {  // angle between two orientations, from the chord of their quaternions
       const Quaternion a = before.q.segment<4>(info.q_index), b = after.q.segment<4>(info.q_index);
       size = 4 * std::asin(std::min(1.0, 0.5 * std::min((a - b).norm(), (a + b).norm())));
     } else {
@@ -244,7 +244,7 @@ void project(const System& system, const Parameters& parameters, State& state, W
     }
     w.solver.prepare(w.rows.L, w.factor, true, RowSet::positions);
     const auto [worst, row] = worst_independent(system, w);
-    // quadratic convergence ends either at rounding or, far from the origin, where it no longer gets better
+    // Quadratic convergence ends at `reached`, or far from the origin when the residual stops falling.
     if (worst <= reached || (worst <= satisfied && worst > 0.5 * before)) break;
     if (iteration == 20 || !std::isfinite(worst)) {
       out.unreached = row;

@@ -16,14 +16,13 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double balanced =
-    1e-10;                     // of the largest effort: rounding of sums of some hundred terms, with room
-constexpr double met = 1e-12;  // of a row's length
+constexpr double balanced = 1e-10;  // of the largest force; above the rounding of sums of some hundred terms
+constexpr double met = 1e-12;       // in parts of a row's length
 constexpr int most_iterations = 300, most_pushes = 20;
-constexpr double push_size = 0.3;  // rad, or parts of a length
+constexpr double push_size = 0.3;  // rad, or parts of a coordinate's length
 
-/// The residuals at a place and their derivatives, all without units: efforts times the coordinate's length
-/// over the largest effort, rows over their length.
+/// Residuals at given positions and their derivatives, both without units: generalised forces times the
+/// coordinate's length over the largest such product, rows over their length.
 class Balance {
  public:
   Balance(const System& system, State state)
@@ -34,8 +33,7 @@ class Balance {
         row_scale_(Eigen::Map<const VectorXd>(system.row_scale.data(), system.rows)) {}
 
   Result<void> look() {
-    // accelerations that are singular are of no concern here: rows, Q and the kinematics are known all the
-    // same
+    // A singular mass matrix does not matter here: rows, Q and kinematics are known all the same.
     const Fault fault =
         update_terms(system_, system_.parameters, state_.t, state_.q.data(), state_.v.data(), w_);
     if (fault && fault.kind != Fault::Kind::singular_mass)
@@ -43,14 +41,14 @@ class Balance {
     return {};
   }
 
-  /// The multipliers that do most against the efforts.
+  /// The multipliers that balance the generalised forces best (least squares).
   VectorXd first_multipliers() const {
     if (system_.rows == 0) return VectorXd();
     const MatrixXd Lt = coordinate_scale_.asDiagonal() * w_.rows.L.leftCols(system_.nv).transpose();
     return Lt.completeOrthogonalDecomposition().solve(-(coordinate_scale_.cwiseProduct(efforts())));
   }
 
-  /// The largest effort on a coordinate of all that act there, times its length, J.
+  /// The largest sum over a coordinate of |Q| and all |L^T lambda| terms, times its length, J.
   double largest(const VectorXd& multipliers) const {
     double out = 0;
     for (int i = 0; i < system_.nv; ++i) {
@@ -70,14 +68,15 @@ class Balance {
     return out;
   }
 
-  /// The efforts' slopes by positions, both times the coordinates' lengths, J.
+  /// Derivative of the residual by the positions, rows and columns times the coordinates' lengths, J.
   Result<MatrixXd> stiffness(const VectorXd& multipliers) const {
     const auto by_q = residual_by_q(system_, state_, VectorXd::Zero(system_.nv), multipliers);
     if (!by_q) return tl::unexpected(by_q.error());
     return MatrixXd(coordinate_scale_.asDiagonal() * MatrixXd(*by_q) * coordinate_scale_.asDiagonal());
   }
 
-  /// By positions in their lengths and multipliers in `unit` over row lengths.
+  /// Jacobian of residual(), by positions in units of their lengths and multipliers in `unit` over row
+  /// lengths.
   MatrixXd slope(const MatrixXd& stiffness, double unit) const {
     const int n = system_.nv, m = system_.rows;
     MatrixXd J = MatrixXd::Zero(n + m, n + m);
@@ -91,14 +90,14 @@ class Balance {
     return J;
   }
 
-  /// Goes on by a step without units.
+  /// Applies a step given without units.
   void move(const VectorXd& step, double unit, VectorXd& multipliers) {
     const VectorXd x = coordinate_scale_.cwiseProduct(step.head(system_.nv));
     from_local_coordinates(system_, state_.q.data(), x.data(), state_.q.data());
     if (system_.rows > 0) multipliers += unit * step.tail(system_.rows).cwiseQuotient(row_scale_);
   }
 
-  /// What is out of balance, for people.
+  /// Error that names the coordinate or constraint farthest from balance.
   Error complaint(const VectorXd& residual, double unit) const {
     Eigen::Index worst = 0;
     residual.cwiseAbs().maxCoeff(&worst);
@@ -153,7 +152,7 @@ Result<Equilibrium> balanced_state(const System& system, const State& start) {
         "is a contact, which the search for an equilibrium does not know; hold what it holds by a "
         "constraint or a limit_spring");
   if (system.nv == 0) return bad_use(system.scene, "has no free coordinate, so it rests where it is");
-  // The search also holds its slope, and a damped copy with twice the rows.
+  // The search also stores its Jacobian, and a damped copy with twice the rows.
   if (auto fits = admit_workspaces(system, system.settings.equations, 4, true); !fits)
     return tl::unexpected(fits.error());
   Equilibrium out;
@@ -172,9 +171,10 @@ Result<Equilibrium> balanced_state(const System& system, const State& start) {
   for (; out.iterations < most_iterations; ++out.iterations) {
     const auto stiffness = balance.stiffness(multipliers);
     if (!stiffness) return tl::unexpected(stiffness.error());
-    // efforts count against the largest there is, or what a move by a length would call up
+    // The unit is the largest generalised force, or the stiffness times a move by one length if that is
+    // larger.
     unit = std::max(balance.largest(multipliers), stiffness->cwiseAbs().maxCoeff());
-    if (unit == 0) unit = 1;  // nothing acts
+    if (unit == 0) unit = 1;  // no force acts
     const VectorXd r = balance.residual(multipliers, unit);
     out.imbalance = r.head(system.nv).cwiseAbs().maxCoeff();
     const double off = system.rows > 0 ? r.tail(system.rows).cwiseAbs().maxCoeff() : 0;
@@ -191,7 +191,7 @@ Result<Equilibrium> balanced_state(const System& system, const State& start) {
     for (int attempt = 0; attempt < 40 && !better; ++attempt) {
       damped.bottomRows(n) = std::sqrt(damping) * MatrixXd::Identity(n, n);
       const VectorXd step = damped.colPivHouseholderQr().solve(wanted);
-      if (step.head(system.nv).cwiseAbs().maxCoeff() <= 1) {  // a radian, or the length of what moves
+      if (step.head(system.nv).cwiseAbs().maxCoeff() <= 1) {  // at most 1 rad or one coordinate length
         balance.move(step, unit, multipliers);
         if (auto done = balance.look(); !done) return tl::unexpected(done.error());
         better = balance.residual(multipliers, unit).norm() < r.norm();
@@ -205,7 +205,7 @@ Result<Equilibrium> balanced_state(const System& system, const State& start) {
       }
     }
     if (!better) {
-      // where the imbalance is at its largest, no step lessens it: on downhill, where the efforts lead
+      // At a maximum of the imbalance no step lowers it: move along the forces instead.
       if (off <= met && out.imbalance > 100 * balanced && pushes++ < most_pushes) {
         VectorXd push = VectorXd::Zero(n);
         push.head(system.nv) = -r.head(system.nv) * (push_size / r.head(system.nv).cwiseAbs().maxCoeff());
@@ -215,7 +215,7 @@ Result<Equilibrium> balanced_state(const System& system, const State& start) {
         continue;
       }
       if (auto done = balance.look(); !done) return tl::unexpected(done.error());
-      // at rounding's level nothing is better any more
+      // At the level of rounding no step lowers the residual.
       found = out.imbalance <= 100 * balanced && off <= 100 * met;
       if (found) break;
       const Error why = balance.complaint(r, unit);

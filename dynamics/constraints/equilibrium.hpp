@@ -1,4 +1,4 @@
-// Equilibria: positions at which everything stays at rest, Q(q, 0, t) + L^T lambda = 0 and h(q, t) = 0.
+// Static equilibria: positions with Q(q, 0, t) + L^T lambda = 0 and h(q, t) = 0.
 #pragma once
 
 #include "dynamics/system/system.hpp"
@@ -7,20 +7,21 @@ namespace borelli {
 
 struct Equilibrium {
   State state;                  ///< at rest
-  Eigen::VectorXd multipliers;  ///< of the constraint rows; of dependent ones the least
+  Eigen::VectorXd multipliers;  ///< per constraint row; the least ones if rows are dependent
   int iterations = 0;
-  double imbalance = 0;  ///< what is left: the largest |Q + L^T lambda| of a coordinate, times its length (a
-                         ///< turn: 1), against the largest such effort there is, or that a move by this
-                         ///< length would call up; below 1e-10
+  double imbalance = 0;  ///< largest |Q + L^T lambda| times its coordinate's length (1 for a turn), relative
+                         ///< to the largest term of that sum or to the stiffness times a move by one length;
+                         ///< below 1e-10
 };
 
-/// The equilibrium that Newton's method comes to from the positions of `start` (put on the constraints
-/// first; its velocities do not count), at its time: by the exact derivatives of the residual
-/// (derivatives.hpp), damped after Levenberg and Marquardt where a full step would not lessen it, and pushed
-/// downhill where none does (a level pendulum). It may be
-/// stable or not: linearize() tells. What depends on time stands still at that time. Fails, by name, where a
-/// drive or constraint moves then, where there are contacts, and where no equilibrium is found: with the
-/// coordinate or constraint that is farthest from balance.
+/// Finds the equilibrium nearest along Newton's iteration from the positions of `start`, at its time. The
+/// start is assembled first; its velocities are ignored. Newton's method uses the exact derivatives of the
+/// residual (derivatives.hpp). Steps are damped after Levenberg and Marquardt when a full step does not lower
+/// the residual. When no step does (a horizontal pendulum), the search moves along the forces.
+///
+/// The equilibrium may be stable or unstable: linearize() tells. Functions of time are frozen at the start's
+/// time. Fails by name if a drive or constraint moves at that time, if the scene has contacts, or if no
+/// equilibrium is found; the last error names the coordinate or constraint farthest from balance.
 Result<Equilibrium> find_equilibrium(const System& system, const State& start);
 
 }  // namespace borelli

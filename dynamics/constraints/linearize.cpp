@@ -17,11 +17,12 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double steady = 1e-6;  // of the accelerations that efforts or deviations would give one by one
+constexpr double steady = 1e-6;  // of the accelerations that each force, or a deviation by one length, gives
+                                 // alone
 constexpr double zero_real_part = 1e-6;  // of the largest eigenvalue
 
-/// What the tangent of the positions gains beside the velocity's deviation: a ball's small turn in its own
-/// axes goes with dx/dt = dv - w x x.
+/// The part of the rate of the position deviation beyond the velocity deviation: for a ball's small rotation
+/// x in its own axes, dx/dt = dv - w x x.
 MatrixXd transport(const System& system, const State& state) {
   MatrixXd C = MatrixXd::Zero(system.nv, system.nv);
   for (const CoordinateInfo& info : system.coordinates) {
@@ -34,12 +35,12 @@ MatrixXd transport(const System& system, const State& state) {
 
 Result<void> check_steady(const System& system, const State& state, const Evaluation& now,
                           const ForwardDerivatives& d) {
-  // against what each effort and multiplier alone would do
+  // Scale: the acceleration that each generalised force and multiplier gives alone ...
   VectorXd efforts = now.generalized_efforts.cwiseAbs() + now.bias.cwiseAbs();
   if (!now.rows.empty())
     efforts += (now.constraint_jacobian.transpose().cwiseAbs() * now.multipliers.cwiseAbs());
   const VectorXd scale = Eigen::Map<const VectorXd>(system.velocity_scale.data(), system.nv);
-  double largest = 0;  // ... and what a deviation by a length would
+  double largest = 0;  // ... or a deviation by one length, if larger
   for (int i = 0; i < system.nv; ++i)
     largest = std::max(
         {largest, efforts[i] / now.mass_matrix(i, i) / scale[i],
@@ -63,7 +64,7 @@ Result<void> check_steady(const System& system, const State& state, const Evalua
   return {};
 }
 
-/// The directions that the rows leave free, by coordinates without units: orthonormal columns.
+/// Directions that the rows leave free, in coordinates without units: orthonormal columns.
 MatrixXd free_directions(const System& system, const Rows& L, const VectorXd& scale) {
   const int n = system.nv;
   if (L.rows() == 0) return MatrixXd::Identity(n, n);

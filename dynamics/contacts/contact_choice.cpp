@@ -9,7 +9,8 @@ using Eigen::VectorXd;
 
 namespace {
 
-// parts of the accelerations at hand that are zero, and of a friction's limit that have reached it
+// `small`: part of the acceleration scale that counts as zero; `at_the_limit`: relative distance from the
+// friction limit that counts as reaching it.
 constexpr double small = 1e-9, at_the_limit = 1e-6;
 
 ContactMode mode_of(const Shock& contacts, const ShockResult& result, int i, const Vector2d& at_limit,

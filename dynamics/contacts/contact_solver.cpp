@@ -16,44 +16,45 @@ using Eigen::VectorXd;
 
 namespace {
 
-// Newton's method may be sent from one mode to another and back: it has so many solves, and so many about
-// each proximal point, of which so many may come no nearer, and fewer where it is near enough
+// Newton's method may cycle between modes, so the number of solves is limited, per call and per proximal
+// point. `most_idle`: consecutive solves that may fail to halve the residual; fewer once it is near enough.
 constexpr int most_solves = 20, most_idle = 6, most_idle_near = 1;
-// sweeps before the first proximal point, and where no proximal point came near
+// Sweeps before the first proximal point, and between restarts with another projection step.
 constexpr int first_sweeps = 5, sweeps_between = 300;
-constexpr double solver_rounding = 1e-14;  // a part of the velocities
-// of what is enough: the rest is room for what laying the impulses on their cones at last may add
+constexpr double solver_rounding = 1e-14;  // relative to the velocities
+// Iterations stop at a third of the accepted residual: the final projection onto the cones may add the rest.
 constexpr double before_cones = 1. / 3;
 
-// The projection's step r, in parts of what one contact alone would take: any of them has the same solution,
-// but Newton's method takes another way to it.
+// Step r of the projection, relative to that of one contact alone. The solution does not depend on r, but the
+// path of Newton's method does.
 constexpr double projection_steps[] = {1, 10, 0.1, 100};
 
-// In parts of a row's own response: what keeps the impulses of dependent contacts near what they were. The
-// equations are off by it times the change of the impulses, so after the last solve by nothing. Of the first
-// solves, which find the modes, it is larger: dependent contacts that contradict each other by little are not
-// to send each other far off.
+// Damping of Newton's rows towards the current impulses, relative to a row's own response. The equations are
+// off by the damping times the change of impulse, so converged impulses are exact. The first solves, which
+// find the modes, use more: dependent contacts that contradict each other slightly then cannot drive each
+// other far away.
 constexpr double first_damping = 1e-2, damping_falls = 0.1, least_damping = 1e-5;
 
-// The same, of proximal points.
+// The same for proximal points.
 constexpr double first_proximal = 1e-2, least_proximal = 1e-6, most_proximal = 10;
 constexpr double proximal_falls = 0.3, proximal_grows = 10;
 constexpr int most_points = 60;
 
-constexpr int block = Lanes::count;  // pivots, and columns, gone over at once
-constexpr int at_once = 4;           // rows of what is not symmetric
+constexpr int block = Lanes::count;  // pivots and columns per block
+constexpr int at_once = 4;           // unsymmetric rows per block
 
-/// What eight columns from `column` on have of each pivot above them, in parts of it.
+/// Multipliers of elimination: for eight columns from `column` on, the entry in each pivot row over the
+/// pivot.
 template <class L>
 void find_parts(const double* a, int pivots, int stride, int column, double* parts) {
   for (int p = 0; p < pivots; ++p)
     (a[p * stride + p] * L::load(a + p * stride + column)).store(parts + p * block);
 }
 
-/// Of the rows that are symmetric and definite, eight pivots after the other: what those before take off of
-/// their rows, tile by tile as wide as a register, and then each other. `bring(k, row)` writes row k, when it
-/// is wanted, and of the row behind it what that begins with. `parts`: room for eight numbers a row, and a
-/// row more. Of a row the pivot's inverse comes to stand in its diagonal. False: not definite.
+/// Eliminates the symmetric, positive definite rows in blocks of eight pivots. Each block first subtracts the
+/// previous pivot rows, tile by tile of register width, and then eliminates within itself. `bring(k, row)`
+/// writes row k when it is needed, and the beginning of the row behind it. `parts`: room for eight numbers
+/// per row and one more row. The diagonal ends as the inverse pivot. False: not definite.
 template <int width, class Bring>
 bool eliminate_symmetric(double* a, double* parts, int symmetric, int stride, const Bring& bring) {
   using Block = LanesOf<block, width>;
@@ -109,8 +110,9 @@ bool eliminate_symmetric(double* a, double* parts, int symmetric, int stride, co
   return true;
 }
 
-/// Of `count` other equations (at_once at most) what the symmetric ones take off of them, from column `begin`
-/// on. What they have in the symmetric columns stands in columns of these, from `column` on.
+/// Subtracts the symmetric pivot rows from `count` other equations (at_once at most), from column `begin` on.
+/// Entries of those equations in the symmetric columns are stored as columns of the symmetric rows, from
+/// `column` on.
 template <class L>
 void take_symmetric_off(const double* a, int symmetric, int stride, int column, double* parts, int begin,
                         int count, double* after) {
@@ -126,12 +128,12 @@ void take_symmetric_off(const double* a, int symmetric, int stride, int column, 
   }
 }
 
-/// Gauss' elimination of n equations in rows of `stride` numbers each (a multiple of `block`), right side in
-/// column n; the solution comes to stand in x (stride numbers). The first `symmetric` rows and columns are
-/// symmetric and definite: of these rows what is left of the diagonal is not looked at, and may be written
-/// over. What the others have in the symmetric columns stands in columns of the symmetric rows, behind the
-/// right side; they are chosen by pivots of their columns. `parts`, `bring`: as eliminate_symmetric has them.
-/// False: singular.
+/// Gaussian elimination of n equations in rows of `stride` numbers (a multiple of `block`), right-hand side
+/// in column n; x (stride numbers) receives the solution. The first `symmetric` rows and columns are
+/// symmetric and positive definite; their part left of the diagonal is not read and may be overwritten.
+/// Entries of the other rows in the symmetric columns are stored as columns of the symmetric rows, behind the
+/// right-hand side. The other rows are eliminated with column pivoting. `parts`, `bring`: see
+/// eliminate_symmetric. False: singular.
 template <int width, class Bring>
 bool eliminate(double* a, int symmetric, int n, int stride, double* parts, double* x, const Bring& bring) {
   using L = LanesOf<block, width>;
@@ -173,11 +175,11 @@ bool eliminate(double* a, int symmetric, int n, int stride, double* parts, doubl
   return true;
 }
 
-/// Chosen columns of rows of n numbers, in ascending order, eight at a time.
+/// Gathers chosen columns, in ascending order, from rows of n numbers, eight at a time.
 template <int width>
 class Columns {
  public:
-  /// `picks`: room.
+  /// `picks`: scratch.
   Columns(const int* columns, int count, int n, std::vector<ColumnPick>& picks)
       : columns_(columns), count_(count), picks_(picks) {
     picks_.clear();
@@ -192,8 +194,8 @@ class Columns {
     }
   }
 
-  /// Those of a row, from the one at `begin` on, the first of eight; behind the last, `block` - 1 more may be
-  /// written.
+  /// Copies the chosen columns of a row, from number `begin` (a multiple of eight) on. Up to `block` - 1
+  /// numbers behind the last may be overwritten.
   void copy(const double* from, int begin, double* to) const {
     for (int j = begin; j < count_; j += block) {
       const ColumnPick& pick = picks_[std::size_t(j / block)];
@@ -214,7 +216,7 @@ class Columns {
 
  private:
 #ifdef BORELLI_REGISTERS
-  static constexpr bool in_registers_of_block = width == block;  // a permutation's each
+  static constexpr bool in_registers_of_block = width == block;  // one permutation per block
 #else
   static constexpr bool in_registers_of_block = false;
 #endif
@@ -223,7 +225,7 @@ class Columns {
   std::vector<ColumnPick>& picks_;
 };
 
-/// Numbers in a row of n, with room for Columns to pick them.
+/// Row length for n numbers that Columns can read in full blocks.
 int row_room(int n) { return std::max(2 * block, n); }
 
 /// u += by * row, n numbers.
@@ -232,7 +234,7 @@ void add_row(const double* row, double by, int n, double* u) {
   for (int i = 0; i < n; ++i) u[i] += by * row[i];
 }
 
-/// u += G p, of `tiles` registers of columns from `begin` on; the last ends at n at most.
+/// u += G p for `tiles` registers of columns from `begin` on; the last register ends at column n at most.
 template <int tiles, int width>
 void add_tiles(const double* G, Eigen::Index stride, const double* p, int begin, int n, double* u) {
   using Tile = LanesOf<width, width>;
@@ -247,7 +249,7 @@ void add_tiles(const double* G, Eigen::Index stride, const double* p, int begin,
   for (int t = 0; t < tiles; ++t) sums[t].store(u + first[t]);
 }
 
-/// u += G p: n rows of `stride` numbers, which are n columns too.
+/// u += G p, with G symmetric, n x n, in rows of `stride` numbers.
 template <int width>
 void add_product(const double* G, Eigen::Index stride, const double* p, int n, double* u) {
   constexpr int most = 8;  // registers at once
@@ -257,7 +259,7 @@ void add_product(const double* G, Eigen::Index stride, const double* p, int n, d
     return;
   }
   int begin = 0;
-  // (as many at a time that the last ones hold a whole register, and write no column of those before)
+  // (Groups are of even size, so that the last holds a whole register and overwrites no earlier column.)
   for (int left = (n + width - 1) / width, groups = (left + most - 1) / most; groups > 0; --groups) {
     const int tiles = (left + groups - 1) / groups;
     [&]<int... count>(std::integer_sequence<int, count...>) {
@@ -271,7 +273,7 @@ void add_product(const double* G, Eigen::Index stride, const double* p, int n, d
 
 }  // namespace
 
-/// To u_, what they change of it.
+/// u_ += G p.
 void ContactSolver::add_impulses(const ContactProblem& c, const VectorXd& p) {
   in_registers(
       [&]<int width>() { add_product<width>(c.G.data(), c.G.cols(), p.data(), 3 * c.count, u_.data()); });
@@ -293,7 +295,7 @@ void ContactSolver::find_responses(const ContactProblem& c) {
   }
 }
 
-/// After find_responses, as is find_direction.
+/// Call find_responses first, as for find_direction.
 double ContactSolver::residual(const ContactProblem& c, const VectorXd& p, const VectorXd& u) {
   double most = 0;  // squared
   worst_ = 0;
@@ -343,7 +345,7 @@ void ContactSolver::sweep(const ContactProblem& c, int times, VectorXd& p) {
   }
 }
 
-/// The equations of the modes at hand, and their solution.
+/// Assembles and solves the equations of the current modes.
 template <int width>
 bool ContactSolver::solve_modes(const ContactProblem& c, int symmetric, int stride) {
   const int n = 3 * c.count, m = int(equations_.size()), slides = int(slides_.size());
@@ -375,10 +377,10 @@ bool ContactSolver::solve_modes(const ContactProblem& c, int symmetric, int stri
   return eliminate<width>(numbers, symmetric, m, stride, solution + stride, solution, bring);
 }
 
-/// change_: from p to the solution of what the modes of p make linear. A contact that opens has none; of one
-/// that touches u_n = target, of one that sticks u_t = 0, and of one that slides, with d = p_t - r u_t and a
-/// = d / |d|,  p_t = mu p_n a + mu p_n / |d| (1 - a a^T) d. So what slides has two unknowns: p_n, which
-/// brings mu p_n a with it, and the part across a.
+/// change_ <- Newton's step from p, linearised in the current modes. An open contact has no impulse. A closed
+/// one has u_n = target, a sticking one also u_t = 0. A sliding one has, with d = p_t - r u_t and a = d /
+/// |d|, p_t = mu p_n a + mu p_n / |d| (1 - a a^T) d. So a sliding contact has two unknowns: p_n, which
+/// carries the friction mu p_n a, and the friction perpendicular to a.
 bool ContactSolver::find_direction(const ContactProblem& c, const VectorXd& p, double damping) {
   const int n = 3 * c.count;
   rows_.clear();
@@ -440,7 +442,8 @@ bool ContactSolver::find_direction(const ContactProblem& c, const VectorXd& p, d
   return true;
 }
 
-/// What is left of the best that it came to, m/s; `p` is that. `enough`: of it, what is aimed at.
+/// Newton's method, down to a residual of `enough` (m/s). `p` becomes the best iterate; returns its residual,
+/// m/s.
 double ContactSolver::newton(const ContactProblem& c, double scale, double enough, double damping,
                              VectorXd& p) {
   const int n = 3 * c.count;
@@ -448,8 +451,9 @@ double ContactSolver::newton(const ContactProblem& c, double scale, double enoug
   update_velocity(c, p);
   double best = residual(c, p, u_);
   best_.head(n) = p.head(n);
-  // (one solve in any case, so that what rests is left no impulses but its own)
-  for (int pass = 0, idle = 0; pass < most_solves && best > (pass == 0 ? solver_rounding * scale : enough); ++pass) {
+  // (At least one solve unless the residual is rounding, so that contacts at rest get exact impulses.)
+  for (int pass = 0, idle = 0; pass < most_solves && best > (pass == 0 ? solver_rounding * scale : enough);
+       ++pass) {
     if (++idle > (best <= near_ ? most_idle_near : most_idle)) break;
     if (!find_direction(c, p, damping)) break;
     damping = std::max(std::min(least_damping, damping), damping_falls * damping);
@@ -465,8 +469,8 @@ double ContactSolver::newton(const ContactProblem& c, double scale, double enoug
   return best;
 }
 
-/// Each point solves the problem in which contacts also give way by a part alpha of their own response to
-/// what their impulses differ from the point before; alpha falls while that succeeds. `p` ends at the best.
+/// Each proximal point solves a regularised problem: every row yields by alpha times its own response to its
+/// change of impulse since the previous point. alpha falls while this succeeds. `p` becomes the best point.
 void ContactSolver::proximal_points(const ContactProblem& c, double scale, VectorXd& p) {
   const int n = 3 * c.count;
   soft_.count = c.count;
@@ -486,7 +490,7 @@ void ContactSolver::proximal_points(const ContactProblem& c, double scale, Vecto
     }
     point_.head(n) = p.head(n);
     if (point == 0) sweep(soft_, first_sweeps, p);
-    // (no nearer to the point than two thirds of how near that is)
+    // (Solve each point to two thirds of the best residual so far, no further.)
     const double enough = std::max(2. / 3 * std::min(best, scale), settled * scale);
     const bool solved = newton(soft_, scale, enough, 0, p) <= std::max(enough, near_);
     find_responses(c);
@@ -527,7 +531,7 @@ double ContactSolver::solve(const ContactProblem& c, double scale, VectorXd& p, 
     }
   }
   if (best < left) p.head(n) = best_of_all_.head(n);
-  for (int i = 0; i < c.count; ++i) {  // what Newton's method leaves of rounding outside of the laws' bounds
+  for (int i = 0; i < c.count; ++i) {  // remove Newton's rounding outside the cones
     p[3 * i] = std::max(0., p[3 * i]);
     p.segment<2>(3 * i + 1) = on_friction_cone(p.segment<2>(3 * i + 1), c.friction[i] * p[3 * i]);
   }

@@ -50,7 +50,7 @@ void FarPairs::mark(const Kinematics& kinematics, double time, double distance, 
   for (const Pair& pair : pairs_) {
     const Ball &a = balls_[pair.a], &b = balls_[pair.b];
     const double gap = (a.p - b.p).norm() - a.radius - b.radius;
-    // (most are far from each other: their speed is not asked for where any would do)
+    // (Most pairs are far apart: test the distance alone before the speeds.)
     const bool far = gap > distance && gap > distance + time * ((a.v - b.v).norm() + a.turns + b.turns);
     rows.far[pair.constraint] = far;
     if (!far) continue;

@@ -1,4 +1,4 @@
-// Which rounded things of a system are too far apart to touch soon: by the balls around them.
+// Finds pairs of spheres and capsules that are too far apart to touch soon, by their bounding balls.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,22 +8,23 @@
 
 namespace borelli {
 
-/// Of contacts of spheres and capsules with each other.
+/// For contacts of spheres and capsules with each other.
 class FarPairs {
  public:
   explicit FarPairs(const System& system);
 
-  /// Marks in `rows` (a scan of rates or values) the constraints whose balls come no nearer than `distance`
-  /// (m) within `time` (s) at the speeds that they have; the balls' gap stands for theirs, which is no less.
+  /// Marks in `rows` (a scan of rates or values) the constraints whose bounding balls, at their current
+  /// speeds, stay farther apart than `distance` (m) for `time` (s). A marked row gets the gap of the balls, a
+  /// lower bound of its own.
   void mark(const Kinematics& kinematics, double time, double distance, ConstraintRows& rows);
 
  private:
   struct Ball {
     int body = 0;
-    Eigen::Vector3d centre;       // in the body's axes, m
-    double half = 0, radius = 0;  // m: of the segment in it, and of all
+    Eigen::Vector3d centre;       // body axes, m
+    double half = 0, radius = 0;  // m: half length of the segment; radius of the whole
     Eigen::Vector3d p, v;         // world axes
-    double turns = 0;             // m/s, of the segment's ends about the centre
+    double turns = 0;             // speed of the segment's ends about the centre, m/s
   };
   struct Pair {
     int constraint, row, a, b;

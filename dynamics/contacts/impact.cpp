@@ -16,11 +16,12 @@ using Eigen::VectorXd;
 
 namespace {
 
-// velocities that are this part of the largest one at the start are zero
+// Part of the largest initial velocity that counts as zero; the looser one is for friction at its limit.
 constexpr double rounding = 1e-13, nearly = 1e-8;
 constexpr int most_passes = 200000, most_sweeps = 20000, most_newton = 100;
 
-/// Moved from the law without rebound towards the asked one, as far as the work stays below zero.
+/// Moves from the impulse without rebound towards the requested one, as far as its work stays at or below
+/// zero.
 template <class Vector>
 Vector without_gain(const Vector& plastic, const Vector& asked, const auto& work) {
   double low = 0, high = 1;
@@ -31,13 +32,13 @@ Vector without_gain(const Vector& plastic, const Vector& asked, const auto& work
   return plastic + low * (asked - plastic);
 }
 
-/// One contact alone, with all else left as it is.
+/// One contact alone; all other impulses stay fixed.
 class Pair {
  public:
   Pair(const Matrix3d& response, const Vector3d& velocity, double friction)
       : G_(response), u_(velocity), friction_(std::max(G_(1, 1), G_(2, 2)) > 0 ? friction : 0) {
     if (friction_ == 0) return;
-    // a joint may leave no freedom in one direction across
+    // a joint may block one tangential direction
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> across(G_.block<2, 2>(1, 1));
     const Vector2d values = across.eigenvalues();
     const Vector2d inverse = (values.array() > 1e-12 * values[1]).select(values.cwiseInverse(), 0);
@@ -49,7 +50,7 @@ class Pair {
     return with_friction(
         [&](const Vector2d* slip) -> double {
           if (slip) return (asked - u_[0]) / (G_(0, 0) - friction_ * G_.block<1, 2>(0, 1).dot(*slip));
-          // no slip after it: the normal's part once the two across are solved for
+          // no slip afterwards: the normal impulse after eliminating the two tangential ones
           const Eigen::RowVector2d c = G_.block<1, 2>(0, 1) * across_inverse_;
           return (asked - u_[0] + c.dot(u_.tail<2>())) / (G_(0, 0) - c.dot(G_.block<2, 1>(1, 0)));
         },
@@ -64,7 +65,7 @@ class Pair {
   double work(const Vector3d& p) const { return p.dot(u_ + 0.5 * G_ * p); }
 
  private:
-  /// `normal_of(slip)`: the normal impulse for slip in that direction; for none, null.
+  /// `normal_of(slip)`: the normal impulse for slip in that direction; null: no slip.
   Vector3d with_friction(const auto& normal_of, double asked) const {
     if (friction_ == 0) {
       const Vector2d none = Vector2d::Zero();
@@ -80,16 +81,15 @@ class Pair {
     const Vector2d left = u_.tail<2>() + G_.block<2, 1>(1, 0) * normal + G_.block<2, 2>(1, 1) * t;
     if (normal >= 0 && t.norm() <= friction_ * normal && left.norm() <= 1e-9 * u_.norm())
       return {normal, t[0], t[1]};
-    // it slips afterwards: friction lies against that slip, found by repetition
+    // It slips afterwards: friction opposes that slip, found by fixed-point iteration.
     Vector2d slip = u_.tail<2>().norm() > 0 ? Vector2d(u_.tail<2>().normalized()) : Vector2d(-t.normalized());
     for (int i = 0; i < 500; ++i) {
       normal = normal_of(&slip);
       t = -friction_ * normal * slip;
       const Vector2d after = u_.tail<2>() + G_.block<2, 1>(1, 0) * normal + G_.block<2, 2>(1, 1) * t;
       if (after.norm() <= rounding * u_.norm()) break;
-      const Vector2d next = i < 20
-                                ? Vector2d(after.normalized())
-                                : Vector2d((slip + after.normalized()).normalized());  // it swings: halfway
+      const Vector2d next = i < 20 ? Vector2d(after.normalized())
+                                   : Vector2d((slip + after.normalized()).normalized());  // damps oscillation
       const double change = (next - slip).norm();
       slip = next;
       if (!(change > 1e-14)) break;
@@ -113,12 +113,12 @@ class Resolution {
     still_ = rounding * shock.velocity.cwiseAbs().maxCoeff();
   }
 
-  /// One pair after the other, the fastest first.
+  /// One pair of solids after the other, the fastest-approaching first.
   ShockResult one_by_one() {
     for (int pass = 0; pass < most_passes; ++pass) {
       int fastest = 0;
       for (int i = 1; i < n_; ++i)
-        // of two equally fast the earlier written one is taken, whatever the rounding
+        // Of two equally fast contacts take the earlier one, whatever the rounding.
         if (out_.velocity[3 * i] < out_.velocity[3 * fastest] - still_) fastest = i;
       if (out_.velocity[3 * fastest] >= -still_) {
         out_.settled = true;
@@ -132,9 +132,9 @@ class Resolution {
     return std::move(out_);
   }
 
-  /// All at once: with targets u* for the normals' velocities, impulse >= 0, u >= u*, and one of them equal
-  /// for each contact; friction within Coulomb's cone and against the slip. By projected Gauss-Seidel (Jean,
-  /// The non-smooth contact dynamics method, 1999).
+  /// All at once. For each contact, with target u* of its normal velocity: impulse >= 0, u >= u*, and
+  /// equality in one of them; friction within Coulomb's cone and opposed to the slip. By projected
+  /// Gauss-Seidel (Jean, The non-smooth contact dynamics method, 1999).
   ShockResult all_at_once() {
     const VectorXd none = VectorXd::Zero(n_);
     VectorXd target = none;
@@ -221,7 +221,7 @@ class Resolution {
     return !shock_.slip.empty() && shock_.slip[i].squaredNorm() > 0 && shock_.surfaces[i].friction > 0;
   }
 
-  /// Contact i's impulse if all others stay: u and p are its velocity and impulse now.
+  /// Contact i's impulse with all others fixed; u and p are its current velocity and impulse.
   Vector3d alone(int i, const Vector3d& u, const Vector3d& p, double target, double least) const {
     const Matrix3d G = shock_.response.block<3, 3>(3 * i, 3 * i);
     const Vector3d without = u - G * p;
@@ -231,17 +231,17 @@ class Resolution {
     return next[0] >= least ? next : pair.of_size(least);
   }
 
-  /// Sweeps until impulses stay: each contact's normal impulse, then its friction, projected on the cone.
-  /// Where they come near only slowly (friction at its very limit, masses far apart) Newton's method goes on
-  /// from there; and where strong friction makes them swing, each contact's own problem is solved whole
-  /// instead.
+  /// Projected Gauss-Seidel until the impulses settle: each contact's normal impulse, then its friction,
+  /// projected onto the cone. If convergence is slow (friction at its limit, very different masses), Newton's
+  /// method continues from there. If strong friction makes the sweeps oscillate, each contact's own problem
+  /// is solved exactly instead. `least`: lower bounds of the normal impulses. False: not settled.
   bool sweep(const VectorXd& target, const VectorXd& least, VectorXd& p) const {
     const VectorXd start = p;
-    // where contacts are at the very limit of their friction sweeps come near, and no nearer
+    // With friction exactly at its limit, sweeps stall at this residual.
     const double enough = std::max(nearly * shock_.velocity.cwiseAbs().maxCoeff(), 1e-2 * rest_speed_);
     const double left = sweep(target, least, p, false);
     if (left <= still_) return true;
-    // from what came near, and from what keeps all that touches where it is
+    // Newton's method starts from the sweeps' result and from the impulses that stop all contacts.
     VectorXd polished = p, kept = keeping(target);
     double left_by_newton = newton(target, least, polished);
     if (left_by_newton > enough)
@@ -257,15 +257,15 @@ class Resolution {
     return sweep(target, least, p, true) <= enough;
   }
 
-  /// The least impulses after which normals have their targets and nothing slips.
+  /// The least impulses after which normal velocities equal their targets and nothing slips.
   VectorXd keeping(const VectorXd& target) const {
     VectorXd wanted = -shock_.velocity;
     for (int i = 0; i < n_; ++i) wanted[3 * i] += target[i];
     return shock_.response.completeOrthogonalDecomposition().solve(wanted);
   }
 
-  /// What each impulse would be after a projection with a step of its own size, and how that changes with the
-  /// impulses: P(p) of p = P(p).
+  /// The projection P(p) of p = P(p), with each row's own step size, and its derivative `slope` by the
+  /// impulses.
   void project(const VectorXd& target, const VectorXd& least, const VectorXd& p, VectorXd& to,
                MatrixXd& slope) const {
     const VectorXd u = shock_.velocity + shock_.response * p;
@@ -307,7 +307,7 @@ class Resolution {
 
   /// Newton's method on p - P(p) = 0, which is not smooth where contacts change between open, sticking and
   /// sliding (Alart and Curnier, A mixed formulation for frictional contact problems prone to Newton like
-  /// solution methods, CMAME 92, 1991); of dependent contacts the least change.
+  /// solution methods, CMAME 92, 1991). Dependent contacts take the least change. Returns the residual, m/s.
   double newton(const VectorXd& target, const VectorXd& least, VectorXd& p) const {
     VectorXd to, next_to, units(3 * n_);
     MatrixXd slope;
@@ -342,7 +342,8 @@ class Resolution {
     return least_size;
   }
 
-  /// What the last sweep still changed, m/s.
+  /// Sweeps and returns the velocity change of the last one, m/s. `whole`: solve each contact's own problem
+  /// exactly.
   double sweep(const VectorXd& target, const VectorXd& least, VectorXd& p, bool whole) const {
     VectorXd u = shock_.velocity + shock_.response * p;
     const auto move = [&](int row, double to) {
@@ -380,7 +381,7 @@ class Resolution {
     return change;
   }
 
-  /// What a unit of normal impulse, with the friction of a slip that has a direction, gives along the normal.
+  /// Normal velocity per unit normal impulse, with the friction of a contact that slides already; 0: jammed.
   double normal_response(int i) const {
     const double G = shock_.response(3 * i, 3 * i);
     if (!slides(i)) return G;
@@ -391,9 +392,9 @@ class Resolution {
 
   const Shock& shock_;
   RestitutionLaw law_;
-  double rest_speed_;  ///< m/s; 0: of accelerations
+  double rest_speed_;  ///< m/s; 0 when the velocities are accelerations
   int n_;
-  double still_;  ///< m/s
+  double still_;  ///< velocity that counts as zero, m/s
   ShockResult out_;
 };
 

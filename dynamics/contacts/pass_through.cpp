@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double trusted_overlap = 0.01;  // of the radius, as of contacts
+constexpr double trusted_overlap = 0.01;  // in parts of the radius, as for contacts
 
 struct Ends {
   Vector3d a, b;
@@ -35,7 +35,7 @@ double gap_between(const ThickSegment& a, const Pose& Xa, const ThickSegment& b,
 }  // namespace
 
 std::optional<ThickSegment> core_of(const Shape& shape) {
-  // edges of a box around it, and how round what is within may be
+  // Edges of the bounding box in which the capsule is inscribed.
   Vector3d edges;
   if (const auto* sphere = std::get_if<Sphere>(&shape.form)) {
     edges.setConstant(2 * sphere->radius);
@@ -43,7 +43,7 @@ std::optional<ThickSegment> core_of(const Shape& shape) {
     edges = {2 * capsule->radius, 2 * capsule->radius, capsule->length + 2 * capsule->radius};
   } else if (const auto* cylinder = std::get_if<Cylinder>(&shape.form)) {
     edges = {2 * cylinder->radius, 2 * cylinder->radius, cylinder->length};
-    // a wide disc's sphere has half its height
+    // a flat disc gets a sphere as high as itself
     if (edges.z() < edges.x()) edges.setConstant(edges.z());
   } else if (const auto* ellipsoid = std::get_if<Ellipsoid>(&shape.form)) {
     edges.setConstant(2 * ellipsoid->radii.minCoeff());
@@ -66,7 +66,7 @@ double segment_distance(const Vector3d& a, const Vector3d& a_end, const Vector3d
   const double uu = u.squaredNorm(), vv = v.squaredNorm(), uv = u.dot(v);
   const auto distance = [&](double s, double t) { return (w + s * u - t * v).norm(); };
   const auto part = [](double up, double down) { return down > 0 ? std::clamp(up / down, 0., 1.) : 0.; };
-  // |d|^2 is convex in (s, t): its least lies inside, or on one of the four sides of the square
+  // |d|^2 is convex in (s, t): its minimum lies inside, or on one of the four sides of the square.
   double least = std::numeric_limits<double>::infinity();
   for (const double end : {0., 1.}) {
     least = std::min(least, distance(end, part(v.dot(w + end * u), vv)));

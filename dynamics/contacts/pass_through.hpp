@@ -1,4 +1,4 @@
-// What a model lets touch and its scene has no contact for: did it pass through each other?
+// Detects shapes that passed through each other because the scene has no contact for them.
 #pragma once
 
 #include <optional>
@@ -11,29 +11,30 @@
 
 namespace borelli {
 
-/// Something of a solid that others can touch.
+/// A surface or shape of a solid that others can touch.
 struct Touchable {
-  std::string name;                  ///< for people
-  std::string solid;                 ///< of the scene, or "world"
-  std::optional<Plane> plane;        ///< matter lies below it; its solid is the one above
-  std::optional<ThickSegment> core;  ///< of a form; neither: nothing is known of its extent
+  std::string name;                  ///< for messages
+  std::string solid;                 ///< name in the scene, or "world"
+  std::optional<Plane> plane;        ///< matter of `solid` fills the half space below it
+  std::optional<ThickSegment> core;  ///< inscribed capsule of a shape; neither plane nor core: extent unknown
 };
 
-/// A capsule within a form, along its longest axis: spheres and capsules themselves. None for a mesh or cone.
+/// A capsule inscribed in a shape along its longest axis; exact for spheres and capsules. None for a mesh or
+/// cone.
 std::optional<ThickSegment> core_of(const Shape& shape);
 
 struct TouchablePair {
   Touchable a, b;
 };
 
-/// The least distance of two segments, m, from the ends of both.
+/// The least distance of two segments, m, given by their end points.
 double segment_distance(const Eigen::Vector3d& a, const Eigen::Vector3d& a_end, const Eigen::Vector3d& b,
                         const Eigen::Vector3d& b_end);
 
-/// Looks at the trajectory's rows: where the cores of a pair overlap by more than a hundredth of the smaller
-/// radius (as deep as overlaps of contacts are trusted), its certificate trusts the motion no more, and says
-/// which pair was the first, when, and how many others. What the cores leave out is not seen, nor what
-/// happens between rows.
+/// Checks every row of the trajectory for overlap of a pair's cores by more than a hundredth of the smaller
+/// radius, the limit that also applies to contacts. If any overlap, the certificate becomes untrusted and
+/// names the first pair, its time, and the number of other pairs. Overlap outside the cores or between rows
+/// goes unnoticed.
 void judge_passing(const std::vector<TouchablePair>& pairs, Trajectory& trajectory);
 
 }  // namespace borelli

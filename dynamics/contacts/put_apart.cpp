@@ -15,10 +15,10 @@ namespace borelli {
 namespace {
 
 constexpr int most_moves = 100, most_projections = 1000;
-constexpr double settled = 1e-9;      // what sweeps may leave, in parts of the deepest overlap
-constexpr double longest_move = 0.2;  // of a coordinate, on its scale (a radian)
-// gaps, in parts of the length of what touches: those below the first overlap, and are moved beyond the
-// second
+constexpr double settled = 1e-9;      // tolerance of the sweeps, relative to the deepest overlap
+constexpr double longest_move = 0.2;  // of a coordinate, relative to its scale (1 rad)
+// Gaps relative to the length of what touches: a gap below `overlaps` is an overlap, and held contacts must
+// exceed `apart`.
 constexpr double overlaps = -1e-9, apart = -5e-10;
 
 class PuttingApart {
@@ -46,9 +46,9 @@ class PuttingApart {
                                -every_.h[system_.contacts[deepest_].row]));
   }
 
-  int overlapped = 0;  ///< contacts, at the start
-  int first = 0;       ///< the deepest of them
-  double depth = 0;    ///< m, its overlap
+  int overlapped = 0;  ///< number of overlapping contacts at the start
+  int first = 0;       ///< the deepest overlap's contact
+  double depth = 0;    ///< its overlap, m
 
  private:
   double gap(std::size_t i) const {
@@ -56,7 +56,8 @@ class PuttingApart {
     return every_.h[row] / system_.row_scale[row];
   }
 
-  /// Which contacts overlap here; what has overlapped before is held from then on, and may part only.
+  /// Finds the contacts that overlap now. A contact that has overlapped is held from then on: it may only
+  /// separate.
   Result<void> look() {
     const auto update = [&]() -> Result<void> {
       if (const Fault fault =
@@ -98,16 +99,16 @@ class PuttingApart {
                                    [](const ContactMode& mode) { return mode.touch != Touch::open; }));
   }
 
-  /// The least move with which no held contact overlaps and the other rows hold, as far as they are linear:
-  /// one multiplier a row, that of contacts pressing only, by projected Gauss-Seidel sweeps. False: no
-  /// coordinate moves any of them.
+  /// The least move after which no held contact overlaps and the other rows hold, to first order. One
+  /// multiplier per row, nonnegative for contacts, by projected Gauss-Seidel. False: no coordinate moves any
+  /// of these rows.
   bool step() {
     std::vector<int> rows;
     for (int row = 0; row < system_.rows; ++row)
       if (!w_.rows.L.row(row).leftCols(system_.nv).isZero(0)) rows.push_back(row);
     if (rows.empty()) return false;
     const auto n = Eigen::Index(rows.size());
-    Rows Y(n, system_.nv);  // rows of L, measured by the mass matrix
+    Rows Y(n, system_.nv);  // L F^-1: rows in the norm of the mass matrix
     Eigen::VectorXd h(n), lambda = Eigen::VectorXd::Zero(n);
     for (Eigen::Index k = 0; k < n; ++k) {
       Y.row(k) = w_.rows.L.row(rows[std::size_t(k)]).leftCols(system_.nv);
@@ -141,8 +142,8 @@ class PuttingApart {
   State& state_;
   Workspace w_;
   ConstraintRows every_;
-  std::vector<char> of_contact_;  // of the rows
-  double worst_ = 0;              // the deepest overlap, on its scale
+  std::vector<char> of_contact_;  // per row
+  double worst_ = 0;              // the deepest overlap, relative to its scale
   std::size_t deepest_ = 0;
   bool begun_ = false;
 };

@@ -1,4 +1,4 @@
-// A start at which things overlap, moved until they only touch.
+// Moves an overlapping start until shapes only touch.
 #pragma once
 
 #include <string>
@@ -7,9 +7,10 @@
 
 namespace borelli {
 
-/// Moves `state` to where no contact overlaps and the other constraints hold: by the least moves, measured by
-/// the mass matrix (Gauss-Newton). Velocities stay. What overlapped, and how far the start was moved, in
-/// words; empty: nothing did. Fails with the name of a contact that it cannot put apart.
+/// Moves the positions of `state` until no contact overlaps and the other constraints hold, by least moves in
+/// the norm of the mass matrix (Gauss-Newton). Velocities stay. Returns a sentence that names what overlapped
+/// and how far the start moved; empty: nothing overlapped. Fails with the name of a contact that it cannot
+/// separate.
 Result<std::string> put_apart(const System& system, const Parameters& parameters, State& state);
 
 }  // namespace borelli

@@ -1,7 +1,7 @@
-// Armature: the inertia of what turns with a joint and is no solid, such as the rotor of a motor behind its
-// gear. It resists the coordinate's own rate only: J adds to the diagonal of A, J a to the coordinate's
-// inertial effort and J v^2 / 2 to the kinetic energy, whatever the solids do (Featherstone, Rigid Body
-// Dynamics Algorithms, 2008, section 9.6; MuJoCo's `armature`). For both sets of equations.
+// Armature: inertia that moves with a joint coordinate but belongs to no solid, such as a motor's rotor
+// behind its gear. It resists only the coordinate's own rate. J adds to the diagonal of A, J a to the
+// coordinate's inertial force, and J v^2 / 2 to the kinetic energy, whatever the solids do (Featherstone,
+// Rigid Body Dynamics Algorithms, 2008, section 9.6; MuJoCo's `armature`). Both sets of equations use it.
 #pragma once
 
 #include "dynamics/equations/kinematics.hpp"
@@ -35,8 +35,7 @@ void add_armature_to_mass_matrix(const System& system, const Parameters& paramet
   for_each_armature(system, parameters, [&](int u, double J) { terms.A(u, u) += J; });
 }
 
-/// To B: the efforts of the given accelerations, which are those of drives, and of free coordinates where
-/// asked for.
+/// Adds J times the given accelerations to B: those of drives, and of free coordinates if they were given.
 template <class T>
 void add_armature_to_bias(const System& system, const Parameters& parameters,
                           const KinematicsOf<T>& kinematics, LagrangeTermsOf<T>& terms) {

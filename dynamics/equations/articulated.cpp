@@ -1,5 +1,5 @@
-// Vectors of three numbers are written one by one: half of one in a register of two, read again number by
-// number or the other way round, has to wait for memory.
+// Vectors of three are stored number by number: a pair store read back as single numbers, or the reverse,
+// stalls on memory.
 #define EIGEN_UNALIGNED_VECTORIZE 0
 #include "dynamics/equations/articulated.hpp"
 
@@ -20,13 +20,13 @@ using namespace articulated;
 
 namespace {
 
-/// The link that a joint begins from; null: the world.
+/// The link before a joint; null: the world.
 template <class T>
 LinkOf<T>* link_before(const Joint& joint, LinkOf<T>* links) {
   return joint.before < 0 ? nullptr : links + joint.before;
 }
 
-/// Whether the motion after it is one of reference, to which the ball adds as it must.
+/// Whether the joint is a loose ball, which is eliminated at once.
 bool is_loose(const Joint& joint, const Parameters& parameters) {
   return joint.free_ball && parameters.armatures[joint.step] == 0;
 }
@@ -103,7 +103,7 @@ SideBySide::SideBySide(const System& system, const AlikeTrees& found) : trees(fo
 
 namespace {
 
-// The passes over alike trees are functions of their own, so that the others keep their registers.
+// The passes over alike trees are separate functions, so that the other passes keep their registers.
 BORELLI_INLINED_FOR_PROCESSOR
 void move_trees(const System& system, const Parameters& parameters, const InertialsOf<double>& inertials,
                 bool given, const Kinematics& k, Articulation& articulation) {
@@ -155,7 +155,8 @@ std::span<const Joint> linked(const ArticulationOf<T>& articulation) {
       .first(articulation.swung ? articulation.first_swing : articulation.joints.size());
 }
 
-/// Of extended coordinates. `given`: whether the free accelerations are; else only those of drives are read.
+/// Moves the links; q, u and acceleration are extended. `given`: free accelerations are given; otherwise only
+/// those of drives are read.
 template <class T>
 void move_all(const Parameters& parameters, const T* q, const T* u, const T* acceleration, bool given,
               std::span<const Joint> joints, ArticulationOf<T>& articulation) {
@@ -177,8 +178,8 @@ void move_all(const Parameters& parameters, const T* q, const T* u, const T* acc
   }
 }
 
-/// What is left to accelerate those that swing, and the inverse of what meets it. False where a lane's meets
-/// no inertia to speak of.
+/// Force and inverse inertia of the joints that use the pendulum equation. False: some lane's inertia is
+/// negligible.
 template <class T>
 bool swing_all(const Parameters& parameters, const InertialsOf<T>& inertials, const T* q,
                ArticulationOf<T>& articulation) {
@@ -250,15 +251,15 @@ void find_energies_of(const System& system, const Parameters& parameters, const 
   }
 }
 
-/// What efforts do to a body, at its frame's origin.
+/// Wrench of the efforts on a body, at its frame's origin.
 template <class T>
 Wrench<T> applied_to(int b, const KinematicsOf<T>& k, const EffortSumsOf<T>& efforts, const LinkOf<T>& link) {
   const Vector3<T> d = k.bodies[b].g - link.place.p;
   return {efforts.moment[b] + d.cross(efforts.force[b]), efforts.force[b]};
 }
 
-/// What a body carries, at its frame: itself and what its children let it feel, less what acts on it. Of one
-/// of them (`felt`) `carried` holds that already.
+/// Articulated body at a body's frame: its own inertia and bias plus its children's, minus applied wrenches.
+/// `felt`: `carried` already holds one child.
 template <class T>
 void begin_body(const Body& body, const Parameters& parameters, int b, const InertialsOf<T>& inertials,
                 const KinematicsOf<T>& k, const EffortSumsOf<T>* efforts, const LinkOf<T>& link, bool turning,
@@ -280,7 +281,7 @@ void begin_body(const Body& body, const Parameters& parameters, int b, const Ine
   }
 }
 
-/// Whether a joint's body is a pendant, if it carries nothing and the joint is loose.
+/// Whether the body of a loose joint is a pendant, provided that it carries nothing.
 template <class T>
 bool is_pendant(const Joint& joint, const System& system, const InertialsOf<T>& inertials) {
   if constexpr (is_lanes<T>)
@@ -299,8 +300,8 @@ bool accelerate_all(const System& system, const Parameters& parameters, const In
   LinkOf<T>* const links = articulation.links.data();
   PivotOf<T>* const pivots = articulation.pivots.data();
   const std::span<const Joint> joints = linked(articulation);
-  ArticulatedBody<T> carried;  // by the joint at work
-  bool felt = false;           // by its body already: it carries the one before, of which that is left
+  ArticulatedBody<T> carried;  // articulated body carried by the current joint
+  bool felt = false;           // `carried` already holds the previous joint, which this one carries
   for (auto at = joints.rbegin(); at != joints.rend(); ++at) {
     const Joint& joint = *at;
     LinkOf<T>& link = links[joint.step];
@@ -368,7 +369,7 @@ bool accelerate_all(const System& system, const Parameters& parameters, const In
   return true;
 }
 
-// Over numbers themselves everything is inlined, and compiled for several processors.
+// For double everything is inlined and compiled for several processors.
 BORELLI_INLINED_FOR_PROCESSOR
 void move_numbers(const Parameters& parameters, const double* q, const double* u, const double* acceleration,
                   bool given, Articulation& articulation) {
@@ -397,7 +398,7 @@ void find_energies_of_numbers(const System& system, const Parameters& parameters
   find_energies_of(system, parameters, inertials, k, efforts, articulation, terms);
 }
 
-/// In registers.
+/// move_all with lanes in registers.
 template <class T>
 void move_lanes(const Parameters& parameters, const T* q, const T* u, const T* acceleration, bool given,
                 std::span<const Joint> joints, ArticulationOf<T>& articulation) {
@@ -444,7 +445,7 @@ template void move_links_alone(const Parameters&, const InertialsOf<Quad>&, cons
 
 namespace {
 
-/// Where links are and how fast, once after each move_links.
+/// Positions and velocities of the links, once after each move_links.
 template <class T>
 void place_links(const System& system, const Parameters& parameters, const KinematicsOf<T>& kinematics,
                  ArticulationOf<T>& articulation) {

@@ -1,15 +1,17 @@
-// The accelerations themselves by articulated bodies, O(n), where no constraint row asks for the mass matrix:
-// one pass outwards for the motion, one inwards for what each joint meets, one outwards for the accelerations
+// Forward dynamics by the articulated-body algorithm, O(n), for states without active constraint rows. Three
+// passes: outwards for the motion, inwards for the articulated inertias, outwards for the accelerations
 // (Featherstone, Rigid Body Dynamics Algorithms, 2008, chapter 7). Equal to the paper's scan (lagrange.hpp)
 // but for rounding.
 //
-// Motions and forces are written in world axes at the origin of the frame they concern, so that no digits are
-// lost far from the world's origin, and accelerations are the classical ones of that origin. They are what is
-// added to a *reference motion*, in which free coordinates have no acceleration: velocities then enter the
-// bodies' own forces only, and no inertia need be multiplied with them. The passes are compiled for each kind
-// of switch by itself. A driven coordinate adds nothing and returns its effort. A ball whose rotor has no
-// inertia leaves of all that it carries a mass to push, a symmetric 3x3 matrix: it turns as it must, so its
-// reference motion need not turn with it, and it needs no axes.
+// Motions and forces are in world axes at the origin of the frame they concern, so that no digits are lost
+// far from the world's origin. Accelerations are the classical ones of that origin. Solved accelerations add
+// to a *reference motion*, in which free coordinates have zero acceleration. Velocities then enter only the
+// bodies' own forces, and no articulated inertia multiplies a velocity term.
+//
+// The passes are compiled separately for each kind of switch. A driven coordinate follows its drive: it is
+// not eliminated, and the last pass returns its drive force. A free ball without armature is *loose*: it is
+// eliminated at once, and leaves of the articulated body a symmetric 3x3 mass matrix at its pivot. Its
+// reference motion need not turn with the frame before it, and it needs no unit twists.
 #pragma once
 
 #include <optional>
@@ -24,24 +26,22 @@
 
 namespace borelli {
 
-/// How the frame after one step moves. World axes, SI.
+/// Motion of the frame after one step. World axes, SI.
 template <class T>
 struct alignas(line_alignment<T>) LinkMotion {
   Eigen::Matrix3<T> R;           ///< R_W
-  Eigen::Vector3<T> r;           ///< from the origin of the frame before the step to this one's
+  Eigen::Vector3<T> r;           ///< from the origin before the step to this one
   Eigen::Vector3<T> w;           ///< angular velocity
-  Eigen::Vector3<T> wdot, vdot;  ///< its rate and the origin's acceleration, in the reference motion
+  Eigen::Vector3<T> wdot, vdot;  ///< rate of w, and acceleration of the origin, in the reference motion
 };
 
-/// Where the origin of that frame is, and its velocity. Accelerations do not ask for them, only what acts on
-/// bodies and energies.
+/// Position and velocity of that frame's origin. Efforts and energies need them; accelerations alone do not.
 template <class T>
 struct alignas(line_alignment<T>) LinkPlace {
   Eigen::Vector3<T> p, v;
 };
 
-/// Zero. (GCC makes of Eigen's loop one that clears memory: of lanes, by an instruction that takes two
-/// hundred cycles.)
+/// Zero matrix. (GCC turns Eigen's loop into a memory clear, which for lanes takes two hundred cycles.)
 template <class T>
 Eigen::Matrix3<T> zero_by_entries() {
   Eigen::Matrix3<T> out;
@@ -51,76 +51,76 @@ Eigen::Matrix3<T> zero_by_entries() {
   return out;
 }
 
-/// All that a frame carries, free to follow: the wrench that adds an acceleration (angular, linear) is
-/// (I, H; H^T, M) (angular, linear) + bias.
+/// Articulated body at a frame's origin: an added acceleration (angular, linear) needs the wrench (I, H; H^T,
+/// M) (angular, linear) + bias.
 template <class T>
 struct alignas(line_alignment<T>) ArticulatedBody {
   Symmetric3<T> I, M;
   Eigen::Matrix3<T> H = zero_by_entries<T>();
   Wrench<T> bias;
-  InertiaBound<T> bound;  ///< what an entry of the mass matrix is compared with
-  bool extended = false;  ///< else I, H and the moment of bias are zero
+  InertiaBound<T> bound;  ///< scale for the test of small pivots
+  bool extended = false;  ///< false: I, H and the moment of bias are zero
 };
 
 template <class T>
 struct alignas(line_alignment<T>) LinkOf {
   LinkMotion<T> motion;
-  LinkPlace<T> place;                 ///< after place_links
-  ArticulatedBody<T> body;            ///< what its children let it feel
-  Eigen::Vector3<T> turning;          ///< of a ball: wdot, had it no acceleration
-  Eigen::Vector3<T> at_rest;          ///< of a collapsed one: I^-1 times bias' moment, less what acts on it
-  Eigen::Matrix3<T> by_push;          ///< I^-1 H
-  Eigen::Vector3<T> angular, linear;  ///< acceleration added
-  bool carries = false;               ///< in the pass inwards: a child has been added to
-  bool collapsed = false;  ///< a ball: its angular acceleration is -at_rest - by_push (the linear one)
-  bool hangs = false;      ///< of a pendant: it has only at_rest, in the body's axes (see PendantOf)
+  LinkPlace<T> place;                 ///< set by place_links
+  ArticulatedBody<T> body;            ///< sum of its children's articulated bodies
+  Eigen::Vector3<T> turning;          ///< loose ball: wdot at zero joint acceleration
+  Eigen::Vector3<T> at_rest;          ///< collapsed ball: I^-1 (moment of bias - torque)
+  Eigen::Matrix3<T> by_push;          ///< collapsed ball: I^-1 H
+  Eigen::Vector3<T> angular, linear;  ///< acceleration beyond the reference motion
+  bool carries = false;               ///< inward pass: `body` holds a child already
+  bool collapsed = false;  ///< ball eliminated at once: angular acceleration -at_rest - by_push linear
+  bool hangs = false;      ///< pendant: only at_rest is set, in the body's axes (see PendantOf)
 };
 
-/// What the inward pass leaves of a coordinate for the outward one.
+/// Per coordinate, results of the inward pass for the outward one.
 template <class T>
 struct alignas(line_alignment<T>) PivotOf {
-  Eigen::Vector3<T> angular, linear;  ///< its unit twist
-  Wrench<T> U;                        ///< (I, H; H^T, M) times its twist
-  T inverse;                          ///< of what meets it alone, 1/kg or 1/(kg m^2)
-  T rest;  ///< the effort that is left to accelerate it (of a drive: what the rest needs)
+  Eigen::Vector3<T> angular, linear;  ///< unit twist
+  Wrench<T> U;                        ///< (I, H; H^T, M) times the unit twist
+  T inverse;                          ///< inverse of the coordinate's articulated inertia, 1/kg or 1/(kg m^2)
+  T rest;  ///< force left to accelerate it; of a drive: minus its force in the reference motion
 };
 
-/// Alike trees, with what the passes keep of them; a lane is a tree.
+/// Alike trees (same structure, different numbers) and the passes' data for them; one SIMD lane per tree.
 struct SideBySide {
   SideBySide(const System& system, const AlikeTrees& trees);
 
   struct BodyOf {
-    int first_step = 0;                           ///< in `steps`
-    std::array<Inertial, Quad::count> inertials;  ///< of the trees' bodies as they last were
-    VariedInertial<Quad> inertial;                ///< found from these
-    Eigen::Vector3<Quad> arm;  ///< from the frame's origin to the gravity centre; world axes
+    int first_step = 0;                           ///< index into `steps`
+    std::array<Inertial, Quad::count> inertials;  ///< one per lane, at the last update
+    VariedInertial<Quad> inertial;                ///< packed from these
+    Eigen::Vector3<Quad> arm;                     ///< frame's origin to gravity centre, world axes
   };
   struct StepOf {
-    AlikeTrees::Each steps;  ///< of each tree
-    AlikeTrees::Each q, u;   ///< where their positions and velocities begin
-    int before = 0;          ///< which of `steps` comes before
-    int first_pivot = 0;     ///< in `pivots`
+    AlikeTrees::Each steps;  ///< per tree
+    AlikeTrees::Each q, u;   ///< per tree, offsets of positions and velocities
+    int before = 0;          ///< previous one in `steps`, or by_carrier, by_world
+    int first_pivot = 0;     ///< index into `pivots`
     bool stays = false, loose = false;
     LinkOf<Quad> link;
   };
   AlikeTrees trees;
-  std::vector<BodyOf> bodies;  ///< one more than the trees have: the last says where `steps` end
+  std::vector<BodyOf> bodies;  ///< one extra at the end marks the end of `steps`
   std::vector<StepOf> steps;
   std::vector<PivotOf<Quad>> pivots;
-  static constexpr int by_carrier = -1, by_world = -2;  ///< for `before`
-  LinkOf<Quad> carrier;                                 ///< what carries them, if it is not the world
-  std::optional<Swings> swings;  ///< where each tree is one body that swings about an axis of the world
-  bool swung = false;            ///< in these passes: `swings` are all that has been moved
+  static constexpr int by_carrier = -1, by_world = -2;  ///< values of `before`
+  LinkOf<Quad> carrier;          ///< link that carries the trees, unless it is the world
+  std::optional<Swings> swings;  ///< set if each tree is one body on a hinge fixed in the world
+  bool swung = false;            ///< these passes moved only `swings`
 };
 
-/// A step as the passes meet it.
+/// A step in the order of the passes.
 struct Joint {
-  int step = 0;            ///< its number among the steps, and its link's
-  int before = -1;         ///< the link that it begins from; -1: the world
-  int q = 0, u = 0;        ///< where its positions and velocities begin
-  int drive = -1;          ///< its number among the drives; -1: free
-  int body = -1;           ///< whose frame comes after it; -1: another step does
-  bool free_ball = false;  ///< it turns freely, and without a drive
+  int step = 0;            ///< index of the step and of its link
+  int before = -1;         ///< link before it; -1: the world
+  int q = 0, u = 0;        ///< offsets of its positions and velocities
+  int drive = -1;          ///< index of its drive; -1: free
+  int body = -1;           ///< body whose frame follows it; -1: another step follows
+  bool free_ball = false;  ///< a ball without a drive
 };
 
 /// Scratch; one per thread.
@@ -129,53 +129,52 @@ struct ArticulationOf {
   explicit ArticulationOf(const System& system);
   std::vector<LinkOf<T>> links;    ///< per step
   std::vector<PivotOf<T>> pivots;  ///< per extended coordinate
-  std::vector<SideBySide> trees;   ///< over doubles: what is computed side by side
-  std::vector<int> alone;          ///< the other bodies but the world, in order
-  std::vector<Joint> joints;       ///< their steps, a parent's before its children's
-  /// In `joints`, of numbers side by side: from there on each is of a body that swings by itself about an
-  /// axis of the world, which is all that accelerations alone need to know of it.
+  std::vector<SideBySide> trees;   ///< double only: trees computed in SIMD lanes
+  std::vector<int> alone;          ///< bodies outside `trees`, without the world, in order
+  std::vector<Joint> joints;       ///< steps of `alone`, parents before children
+  /// Lanes only: from this index in `joints` on, each joint is a hinge fixed in the world that carries a
+  /// single body. For accelerations alone the pendulum equation is enough there.
   std::size_t first_swing = 0;
-  bool swung = false;            ///< in these passes: so these were not moved
-  std::vector<int> frames;       ///< per body: the step after which its frame is; -1: the world
-  bool every_body_moves = true;  ///< else (welds are kept) find_accelerations does not apply
-  bool placed = false;           ///< the links' places are those of the last move_links
+  bool swung = false;            ///< these passes used the pendulum equation; those links were not moved
+  std::vector<int> frames;       ///< per body: last step before its frame; -1: the world
+  bool every_body_moves = true;  ///< false (welds kept): find_accelerations does not apply
+  bool placed = false;           ///< the places of the links belong to the last move_links
 
-  /// Of body b; null: the world's.
+  /// Link of body b; null: the world.
   LinkOf<T>* link(int b) { return frames[b] < 0 ? nullptr : &links[frames[b]]; }
   const LinkOf<T>* link(int b) const { return frames[b] < 0 ? nullptr : &links[frames[b]]; }
 };
 using Articulation = ArticulationOf<double>;
 
-/// The pass outwards, in the reference motion or (for inverse_dynamics) with given accelerations a (nv, else
-/// null). Of `kinematics` it fills the coordinates alone.
+/// Outward pass, in the reference motion or (for inverse_dynamics) with given accelerations a (nv, else
+/// null). Fills only the coordinates of `kinematics`.
 template <class T>
 void move_links(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials, double t,
                 const T* q, const T* v, const T* a, KinematicsOf<T>& kinematics,
                 ArticulationOf<T>& articulation);
 
-/// As move_links in the reference motion of a system without drives, over numbers side by side: coordinates
-/// are read where they lie. What follows of it, but for accelerations without efforts, asks for
-/// set_coordinates first.
+/// As move_links in the reference motion, for SIMD lanes of a system without drives; reads q and v in place.
+/// Only accelerations without efforts may follow directly; all else needs set_coordinates first.
 template <class T>
 void move_links_alone(const Parameters& parameters, const InertialsOf<T>& inertials, const T* q, const T* v,
                       ArticulationOf<T>& articulation);
 
-/// After move_links: the poses and velocities of the bodies of `kinematics` (not its accelerations, nor what
-/// it keeps per coordinate). What acts on bodies asks for them.
+/// After move_links: fills poses and velocities of the bodies in `kinematics`, not their accelerations nor
+/// twists. Efforts need them.
 template <class T>
 void find_bodies(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
                  KinematicsOf<T>& kinematics, ArticulationOf<T>& articulation);
 
-/// After move_links without them: the free accelerations a (nv) without constraints, and what the drives
-/// exert (driven_nv). `efforts` (after find_bodies) may be null for none; `given` (nv, or null) is added to
-/// the generalized efforts. False where a coordinate meets so little inertia beside what it carries that
-/// rounding may have made it: then A must decide (factor_mass_matrix).
+/// After move_links without given accelerations: free accelerations a (nv) without constraints, and the
+/// drives' generalised forces (driven_nv). `efforts` (after find_bodies) may be null for none; `given` (nv,
+/// or null) adds to the generalised forces. False: the articulated inertia of a coordinate is so small
+/// against the rigid one that it may be rounding; use the mass matrix instead (factor_mass_matrix).
 template <class T>
 bool find_accelerations(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
                         const KinematicsOf<T>& kinematics, const EffortSumsOf<T>* efforts, const T* given,
                         ArticulationOf<T>& articulation, T* a, T* drive_efforts);
 
-/// After move_links: the energies of `terms`. `efforts` may be null for none.
+/// After move_links: fills the energies of `terms`. `efforts` may be null for none.
 template <class T>
 void find_energies(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
                    const KinematicsOf<T>& kinematics, const EffortSumsOf<T>* efforts,

@@ -1,6 +1,6 @@
-// The three passes of articulated.hpp over alike trees, a lane each: what articulated_step.hpp does, on
-// numbers gathered from the lanes' bodies; and what inverse_dynamics.cpp shares of it. Only these two include
-// this.
+// The passes of articulated.hpp over alike trees, one SIMD lane per tree: articulated_step.hpp on numbers
+// gathered from the lanes' bodies. inverse_dynamics.cpp shares part of it. Only articulated.cpp and
+// inverse_dynamics.cpp include this file.
 #pragma once
 
 #include <variant>
@@ -11,7 +11,7 @@ namespace borelli::articulated {
 
 using Each = AlikeTrees::Each;
 
-/// The number of each lane's body, step or coordinate.
+/// Packs one number per lane, of its body, step or coordinate.
 template <class F>
 Quad gather(F&& of_lane) {
   return Quad(Quad::Vector{of_lane(0), of_lane(1), of_lane(2), of_lane(3)});
@@ -37,7 +37,7 @@ inline void lane_of(const Matrix3<Quad>& from, int lane, Matrix3<double>& to) {
   for (int i = 0; i < 9; ++i) to.data()[i] = from.data()[i][lane];
 }
 
-/// Of a lane: what its tree's first joint hands on, put to what carries the tree, or `added` to it.
+/// Writes one lane's articulated body at the tree's base to the link that carries the tree; `added`: adds it.
 template <bool added>
 void put_lane(const ArticulatedBody<Quad>& from, int lane, ArticulatedBody<double>& to) {
   const auto put_symmetric = [&](const Symmetric3<Quad>& a, Symmetric3<double>& b) {
@@ -64,12 +64,12 @@ void put_lane(const ArticulatedBody<Quad>& from, int lane, ArticulatedBody<doubl
   }
 }
 
-/// Switches of one kind, each with its own numbers.
+/// One kind of switch with each lane's parameters.
 template <class Kind>
 auto side_kind(const Parameters& parameters, const Each& steps) {
   if constexpr (requires { typename Kind::template Over<Quad>; }) {
     using Over = typename Kind::template Over<Quad>;
-    const double* from[Quad::count][sizeof(Over) / sizeof(Quad)];  // (it holds nothing but its fields)
+    const double* from[Quad::count][sizeof(Over) / sizeof(Quad)];  // (Over has no members but its fields)
     for (int lane = 0; lane < Quad::count; ++lane) {
       int n = 0;
       Kind::fields(*std::get_if<Kind>(&parameters.kinds[steps[lane]]),
@@ -129,13 +129,13 @@ inline LinkOf<Quad>* before_in(SideBySide& side, const SideBySide::StepOf& step)
   return step.before == SideBySide::by_world ? nullptr : &side.carrier;
 }
 
-/// Of what carries each of the trees; not if that is the world.
+/// Link that carries a lane's tree. Not for trees on the world.
 inline LinkOf<double>& carrying_link(const System& system, const SideBySide& side, int lane,
                                      Articulation& articulation) {
   return *articulation.link(system.bodies[side.trees.bodies[0][lane]].parent);
 }
 
-/// Turns of `swings`.
+/// Updates the state of `swings`.
 inline void swing(const Parameters& parameters, const Kinematics& k, SideBySide& side) {
   Swings& swings = *side.swings;
   side.swung = true;
@@ -147,7 +147,7 @@ inline void swing(const Parameters& parameters, const Kinematics& k, SideBySide&
   swings.sin_q = sin(q);
 }
 
-/// Where these are others than before.
+/// Repacks a body's inertial elements after a change.
 [[gnu::noinline, gnu::cold]] inline void find_inertial(const InertialsOf<double>& inertials,
                                                        const Each& bodies, SideBySide::BodyOf& body) {
   for (int lane = 0; lane < Quad::count; ++lane) {
@@ -157,7 +157,7 @@ inline void swing(const Parameters& parameters, const Kinematics& k, SideBySide&
   body.inertial.settle();
 }
 
-/// `given`: whether the accelerations of k are.
+/// `given`: whether the accelerations in k were given.
 inline void move_links_of_side(const System& system, const Parameters& parameters,
                                const InertialsOf<double>& inertials, bool given, Articulation& articulation,
                                const Kinematics& k, SideBySide& side) {
@@ -244,7 +244,7 @@ inline void place_side(const System& system, const Parameters& parameters, Artic
         parameters.kinds[step.steps[0]]);
 }
 
-/// Moves those as links that have only been swung.
+/// Moves the links of trees for which only the pendulum equation was used so far.
 inline void unswing(const System& system, const Parameters& parameters, const InertialsOf<double>& inertials,
                     Articulation& articulation, const Kinematics& k, SideBySide& side) {
   if (!side.swung) return;
@@ -286,7 +286,7 @@ inline void find_energies_of_side(const System& system, const Parameters& parame
     }
   }
   for (int lane = 0; lane < side.trees.count; ++lane) {
-    const int group = system.bodies[side.trees.bodies[0][lane]].group;  // the whole tree's
+    const int group = system.bodies[side.trees.bodies[0][lane]].group;  // group of the whole tree
     terms.kinetic += kinetic[lane];
     terms.potential += potential[lane];
     terms.group_kinetic[group] += kinetic[lane];
@@ -294,8 +294,8 @@ inline void find_energies_of_side(const System& system, const Parameters& parame
   }
 }
 
-/// What the trees carry, at their frames, added to what carries them. False where a coordinate meets no
-/// inertia to speak of.
+/// Inward pass: adds the trees' articulated bodies to the links that carry them. False: a coordinate meets
+/// negligible inertia.
 inline bool free_side(const System& system, const Parameters& parameters, const EffortSums* efforts,
                       const double* given, Articulation& articulation, SideBySide& side) {
   if (side.swung) {
@@ -305,7 +305,7 @@ inline bool free_side(const System& system, const Parameters& parameters, const 
     if (given) rest += gather([&](int lane) { return given[side.steps[0].u[lane]]; });
     return swings.sound;
   }
-  ArticulatedBody<Quad> carried;  // by the step at work
+  ArticulatedBody<Quad> carried;  // articulated body carried by the current step
   for (int b = int(side.trees.bodies.size()) - 1; b >= 0; --b) {
     const SideBySide::BodyOf& body = side.bodies[b];
     const Each& each = side.trees.bodies[b];
@@ -321,7 +321,7 @@ inline bool free_side(const System& system, const Parameters& parameters, const 
       return Wrench<Quad>{moment + body.arm.cross(force), force};
     };
     const bool hangs = side.steps[last].loose && !link.carries && system.bodies[each[0]].massive &&
-                       body.inertial.round;  // at its ball
+                       body.inertial.round;  // a pendant on its ball
     if (!hangs) {
       if (system.bodies[each[0]].massive) {
         put_own<false>(body.inertial, parameters.gravity, link.motion, !side.steps[last].loose, carried);

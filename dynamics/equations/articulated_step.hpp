@@ -1,5 +1,5 @@
-// What one step does in each of the three passes of articulated.hpp, compiled for each kind of switch by
-// itself; and in those of inverse_dynamics.hpp. Only their sources include this.
+// One step's part in the three passes of articulated.hpp and in inverse dynamics, compiled separately for
+// each kind of switch. Only articulated_side.hpp, articulated.cpp and inverse_dynamics.cpp include this file.
 #pragma once
 
 #include "dynamics/equations/articulated.hpp"
@@ -9,7 +9,7 @@ namespace borelli::articulated {
 using Eigen::Matrix3;
 using Eigen::Vector3;
 
-/// Whether a switch may turn as it likes about one point, by unit twists along its axes (a ball).
+/// Whether a switch turns freely about a point, with unit twists along its body's axes (a ball).
 template <class Kind>
 constexpr bool turns_freely = requires {
   Kind::turns_freely;
@@ -24,14 +24,15 @@ void place(const Where& placement, PoseOf<T>& X) {
   if (placement.form == Placement::Form::general) X.R = X.R * placement.X.R;
 }
 
-/// The motion after a step with positions q and velocities u, from that before it (null: the world's);
-/// `acceleration` of a drive or where it is given, else null. Its unit twists go to the pivots, but for a
-/// ball; of a loose one, `turning` tells what it would do without acceleration.
+/// Motion after a step with positions q and velocities u, from the motion before it (null: the world).
+/// `acceleration`: of a drive, or given; else null. Stores the unit twists in the pivots, except a ball's.
+/// For a loose ball, `turning` receives wdot at zero joint acceleration, and wdot becomes zero.
 template <class Kind, class Where, class T>
 LinkMotion<T> move(const Kind& kind, const Where& placement, bool loose, const LinkMotion<T>* before,
                    const T* q, const T* u, const T* acceleration, PivotOf<T>* pivots, Vector3<T>& turning) {
   LinkMotion<T> to;
-  PoseOf<T> X;  // with the origin of the frame before for the world's: no digits are lost far away
+  PoseOf<T> X;  // relative to the origin of the frame before, so that no digits are lost far from the world's
+                // origin
   if (before) {
     X.R = before->R;
     place(placement, X);
@@ -43,7 +44,7 @@ LinkMotion<T> move(const Kind& kind, const Where& placement, bool loose, const L
   kind.advance(q, X, angular, linear);
   to.R = X.R;
   to.r = X.p;
-  Vector3<T> w = Vector3<T>::Zero(), v = Vector3<T>::Zero();  // of the step itself
+  Vector3<T> w = Vector3<T>::Zero(), v = Vector3<T>::Zero();  // relative velocities of the step
   for (int i = 0; i < Kind::nv; ++i) {
     if (Kind::rotates) w += u[i] * angular[i];
     if (Kind::slides) v += u[i] * linear[i];
@@ -81,7 +82,7 @@ LinkMotion<T> move(const Kind& kind, const Where& placement, bool loose, const L
   return to;
 }
 
-/// The place after a step with velocities u, from the link before it (null: the world).
+/// Position and velocity after a step with velocities u, from the link before it (null: the world).
 template <class Kind, class T>
 void find_place(const LinkOf<T>* before, const T* u, const PivotOf<T>* pivots, LinkOf<T>& link) {
   const Vector3<T> r = link.motion.r;
@@ -94,9 +95,10 @@ void find_place(const LinkOf<T>* before, const T* u, const PivotOf<T>* pivots, L
   link.place = {p, v};
 }
 
-// ---- inwards: what each joint meets ----
+// ---- inwards: articulated inertias ----
 
-/// A body's inertia about the origin of its frame; its gravity centre is d from there, and h = mass d.
+/// A body's inertia about the origin of its frame, world axes. d: from there to the gravity centre; h = mass
+/// d.
 template <class T, class Inertia>
 Symmetric3<T> inertia_about_origin(const Matrix3<T>& R, const Inertia& inertial, const Vector3<T>& d,
                                    const Vector3<T>& h) {
@@ -131,7 +133,7 @@ std::pair<T, T> energies(const Inertia& inertial, const Eigen::Vector3d& gravity
           -mass * (gravity.dot(link.place.p) + gravity.dot(d))};
 }
 
-/// a by itself, or added to what is there.
+/// Sets `to` to a, or adds a to it.
 template <bool added, class T>
 void put(const T& a, T& to) {
   if constexpr (added)
@@ -140,8 +142,8 @@ void put(const T& a, T& to) {
     to = a;
 }
 
-/// A body by itself, with its inertial force less its weight; or that `added` to what `to` holds. `turning`:
-/// whether wdot is more than zero.
+/// Inertia and bias (inertial force minus weight) of one rigid body, set or `added` to `to`. `turning`:
+/// whether wdot may differ from zero.
 template <bool added, class T, class Inertia>
 void put_own(const Inertia& inertial, const Eigen::Vector3d& gravity, const LinkMotion<T>& motion,
              bool turning, ArticulatedBody<T>& to) {
@@ -185,7 +187,7 @@ void add(const ArticulatedBody<T>& body, ArticulatedBody<T>& to) {
   to.bias.n += body.bias.n;
 }
 
-/// Of a body that is not extended: what the ball that has followed has left there.
+/// Zeroes I, H and moment of a body that is not extended: an eliminated ball leaves old entries there.
 template <class T>
 void flatten(ArticulatedBody<T>& body) {
   body.I = {};
@@ -193,7 +195,7 @@ void flatten(ArticulatedBody<T>& body) {
   body.bias.n.setZero();
 }
 
-/// Moves a body's origin by -r.
+/// Moves an articulated body's origin by -r.
 template <class T>
 void move_origin(const Vector3<T>& r, ArticulatedBody<T>& body) {
   const Symmetric3<T> M = body.M;
@@ -226,16 +228,17 @@ void move_origin(const Vector3<T>& r, ArticulatedBody<T>& body) {
   body.H = G;
 }
 
-/// Lets a ball follow, with `torque` (world axes) on it: what it carries is then a mass to push. False where
-/// it is so thin that this must be done axis by axis. Unless something acts, what is then zero in a body is
-/// not set (see flatten): nearly always it is moved next.
+/// Eliminates a loose ball at once, with `torque` (world axes) acting on it. The articulated body reduces to
+/// the mass matrix M at the pivot. False: its inertia is too thin to be inverted; eliminate axis by axis.
+/// Unless a torque acts, entries that become zero are not written (see flatten), since move_origin overwrites
+/// them nearly always.
 template <class T>
 bool collapse(const Vector3<T>& torque, bool acted, bool at_root, ArticulatedBody<T>& body, LinkOf<T>& link) {
   const Symmetric3<T>& I = body.I;
   Symmetric3<T> inverse{I.yy * I.zz - I.yz * I.yz, I.xz * I.yz - I.xy * I.zz, I.xy * I.yz - I.xz * I.yy,
                         I.xx * I.zz - I.xz * I.xz, I.xy * I.xz - I.xx * I.yz, I.xx * I.yy - I.xy * I.xy};
   const T determinant = I.xx * inverse.xx + I.xy * inverse.xy + I.xz * inverse.xz;
-  // the minors are differences: they lose as many digits as this ratio has
+  // The minors are differences: they lose as many digits as this ratio has.
   const T size = I.trace();
   if (!everywhere(determinant > least_roundness * size * size * size) ||
       !everywhere(size > 1e-8 * body.bound.polar_inertia()))
@@ -264,8 +267,8 @@ bool collapse(const Vector3<T>& torque, bool acted, bool at_root, ArticulatedBod
   return true;
 }
 
-/// The same of a body that carries nothing, from what is known of it in its own axes (see PendantOf).
-/// `applied`: what acts on it, at its frame's origin; or null.
+/// The same for a pendant, from constants in its own axes (see PendantOf). `applied`: wrench of the efforts
+/// on it, at its frame's origin; or null. `effort`, `given`: torques on the ball, in its own axes; or null.
 template <class T, class Inertia>
 void let_hang(const Inertia& inertial, const Eigen::Vector3d& gravity, const Wrench<T>* applied,
               const T* effort, const T* given, bool at_root, ArticulatedBody<T>& body, LinkOf<T>& link) {
@@ -274,7 +277,7 @@ void let_hang(const Inertia& inertial, const Eigen::Vector3d& gravity, const Wre
   const Matrix3<T>& R = motion.R;
   const Vector3<T> w = R.transpose() * motion.w, fall = motion.vdot - gravity;
   Vector3<T> n = w.cross(pendant.I * w) + pendant.h.cross(Vector3<T>(R.transpose() * fall));
-  Vector3<T> torque = Vector3<T>::Zero();  // of the ball
+  Vector3<T> torque = Vector3<T>::Zero();  // on the ball
   for (int i = 0; i < 3; ++i) {
     if (effort) torque[i] += effort[i];
     if (given) torque[i] += given[i];
@@ -312,7 +315,7 @@ T power(const PivotOf<T>& pivot, const Wrench<T>& wrench) {
     return pivot.angular.dot(wrench.n) + pivot.linear.dot(wrench.f);
 }
 
-/// The wrench that gives the body the unit acceleration of a coordinate.
+/// U: the wrench that gives the articulated body unit acceleration of a coordinate.
 template <class Kind, class T>
 void find_wrench(const ArticulatedBody<T>& body, PivotOf<T>& pivot) {
   const Vector3<T>&w = pivot.angular, &l = pivot.linear;
@@ -324,7 +327,7 @@ void find_wrench(const ArticulatedBody<T>& body, PivotOf<T>& pivot) {
     pivot.U = {body.I * w + body.H * l, body.H.transpose() * w + body.M * l};
 }
 
-/// Lets the coordinate of a pivot follow: takes out of the body what then meets no resistance.
+/// Eliminates the coordinate of a pivot: I^A <- I^A - U U^T / D, and the bias likewise.
 template <class T>
 void release(const PivotOf<T>& pivot, ArticulatedBody<T>& body) {
   const Vector3<T> f = pivot.inverse * pivot.U.f;
@@ -338,8 +341,8 @@ void release(const PivotOf<T>& pivot, ArticulatedBody<T>& body) {
   body.bias.n += pivot.rest * n;
 }
 
-/// The coordinates of a step, one after the other; `acceleration` of a drive, else null. False where one
-/// meets no inertia to speak of.
+/// Eliminates the coordinates of a step one after the other. `acceleration`: of a drive, else null. False: a
+/// coordinate meets negligible inertia.
 template <class Kind, class T, class Armature>
 bool release_step(const Armature& armature, const T* effort, const T* given, const T* acceleration,
                   bool at_root, PivotOf<T>* pivots, ArticulatedBody<T>& body) {
@@ -356,7 +359,7 @@ bool release_step(const Armature& armature, const T* effort, const T* given, con
     pivot.rest = rest;
     if (acceleration) continue;
     const T meets = power<Kind>(pivot, pivot.U) + armature;
-    // no less than its entry of the mass matrix: what elimination leaves below 1e-14 of that is rounding
+    // `entry` is an upper bound of the mass matrix's diagonal entry: a pivot below 1e-14 of that is rounding.
     T entry(0);
     if (Kind::rotates) entry += body.bound.polar_inertia() * pivot.angular.squaredNorm();
     if (Kind::slides) entry += body.bound.mass * pivot.linear.squaredNorm();
@@ -369,7 +372,8 @@ bool release_step(const Armature& armature, const T* effort, const T* given, con
 
 // ---- outwards: accelerations ----
 
-/// Of a pendant, which nothing follows that would ask for its acceleration.
+/// Accelerations a of a pendant's ball. Nothing is carried by a pendant, so its link's acceleration is not
+/// stored.
 template <class T>
 void follow_hanging(bool stays, const LinkOf<T>* before, const PendantOf<T>& pendant, const LinkOf<T>& link,
                     T* a) {
@@ -385,7 +389,8 @@ void follow_hanging(bool stays, const LinkOf<T>* before, const PendantOf<T>& pen
   for (int i = 0; i < 3; ++i) a[i] = rates[i];
 }
 
-/// `pendant`: what hangs where the link does, else not read; `drive_efforts` of a drive, else null.
+/// Acceleration a of a step's coordinates and of its link, from the link before it. `pendant`: read only if
+/// the link hangs. `drive_efforts`: of a drive, else null; receives the drive's generalised forces.
 template <class Kind, class T>
 void follow(bool stays, bool loose, const LinkOf<T>* before, const PivotOf<T>* pivots,
             const PendantOf<T>* pendant, LinkOf<T>& link, T* a, T* drive_efforts) {
@@ -426,7 +431,7 @@ void follow(bool stays, bool loose, const LinkOf<T>* before, const PivotOf<T>* p
   link.linear = linear;
 }
 
-/// Lets all coordinates of a step follow. False where one meets no inertia to speak of.
+/// Eliminates all coordinates of a step. False: a coordinate meets negligible inertia.
 template <class Kind, class T, class Armature>
 bool free_step(const Armature& armature, bool loose, const T* effort, const T* given, const T* acceleration,
                bool at_root, PivotOf<T>* pivots, ArticulatedBody<T>& body, LinkOf<T>& link) {

@@ -73,7 +73,7 @@ namespace {
 
 template <class T>
 bool finite_sums(const T* numbers, Eigen::Index count) {
-  T sums[4] = {0, 0, 0, 0};  // zero, but where a number is none
+  T sums[4] = {0, 0, 0, 0};  // zero unless a number is not finite
   Eigen::Index i = 0;
   for (; i + 4 <= count; i += 4)
     for (int n = 0; n < 4; ++n) sums[n] += 0 * numbers[i + n];
@@ -86,7 +86,7 @@ bool all_finite(const Eigen::VectorX<T>& numbers) {
                       numbers.size());
 }
 
-/// Solves one lane by itself, and puts what came of it in its place.
+/// Solves one lane alone and stores its results in the batch.
 template <class T>
 Fault accelerate_alone(const System& system, const Parameters& parameters, const BatchStateOf<T>& state,
                        int lane, const T* applied, BatchWorkspaceOf<T>& w) {
@@ -101,7 +101,7 @@ Fault accelerate_alone(const System& system, const Parameters& parameters, const
   const State one = state.state(lane);
   const Fault fault = accelerate(system, numbers, one.t, one.q.data(), one.v.data(), {}, single,
                                  applied ? given.data() : nullptr, Wanted::accelerations);
-  // (what was not solved has no numbers, least of all another lane's)
+  // (An unsolved lane gets NaN, not the numbers of another lane.)
   const double whole = fault ? std::numeric_limits<double>::quiet_NaN() : 0;
   for (int i = 0; i < system.nv; ++i) w.a[i].set(lane, single.a[i] + whole);
   for (int d = 0; d < system.driven_nv; ++d) w.drive_efforts[d].set(lane, single.drive_efforts[d]);

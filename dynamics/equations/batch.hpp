@@ -1,11 +1,12 @@
-// Several states of one System at once: ensembles of starts, of inertias, of efforts (eight: Lanes), or what
-// a method asks for within a step (four or eight). The equations are the recursive ones, in the same source
-// as one state's (articulated.hpp, recursive.hpp), over numbers side by side (lanes.hpp) and compiled for
-// AVX-512, for AVX2 and for any processor; each lane's results are those of one state but for rounding.
+// Several states of one System at once, in SIMD lanes: ensembles of initial states, inertias or forces
+// (eight: Lanes), or the evaluations of a method within a step (four or eight). The equations are the
+// recursive ones, from the same source as for one state (articulated.hpp, recursive.hpp), compiled for
+// AVX-512, for AVX2 and for any processor (lanes.hpp). Each lane's results equal those of one state but for
+// rounding.
 //
-// Batches are for smooth scenes: constraints, contacts and a program's own efforts they refuse. A lane that
-// elimination serves badly (what a joint carries is thin to rounding) is solved by itself. Nothing here
-// allocates but the constructors, and a lane by itself.
+// Batches are for smooth scenes: they refuse constraints, contacts and a program's own efforts. If
+// elimination is inaccurate in some lane (its articulated inertia is small enough to be rounding), every lane
+// is solved alone. Only the constructors and lanes solved alone allocate.
 #pragma once
 
 #include <array>
@@ -17,33 +18,32 @@
 
 namespace borelli {
 
-/// Whether a system can be computed in batches; the error says what of it cannot.
+/// Whether a system can be computed in batches; the error names what prevents it.
 Result<void> check_batch(const System& system);
-/// The same while no row of its constraints and contacts holds.
+/// The same, for states in which no constraint or contact row is active.
 Result<void> check_batch_without_rows(const System& system);
 
-/// As many states as T has lanes, at one time. Turns are unit quaternions (which is not looked at).
+/// As many states as T has lanes, all at one time. Quaternions must have unit length (not checked).
 template <class T>
 struct BatchStateOf {
-  explicit BatchStateOf(const System& system);  ///< all of them the scene's start
+  explicit BatchStateOf(const System& system);  ///< every lane: the scene's initial state
   double t = 0;
   Eigen::VectorX<T> q, v;  ///< nq, nv
 
-  /// Takes over a lane's positions and velocities; its time is the batch's.
+  /// Sets a lane's positions and velocities; its time is the batch's.
   void set(int lane, const State& state);
   State state(int lane) const;
 };
 
 using BatchState = BatchStateOf<Lanes>;
 
-/// Scratch and results for them; one per thread.
+/// Scratch and results of a batch; one per thread.
 template <class T>
 struct BatchWorkspaceOf {
-  /// For a System of which check_batch has no complaint. `mass_matrix`: whether find_mass_matrix is to be
-  /// called, which needs a matrix of room per lane.
+  /// For a System that passes check_batch. `mass_matrix`: reserve a matrix per lane for find_mass_matrix.
   explicit BatchWorkspaceOf(const System& system, bool mass_matrix = false);
 
-  /// Gives a lane its own inertial elements of a body (in the body's frame); else it has the parameters'.
+  /// Sets a lane's own inertial elements of a body (body's frame); the default is the parameters'.
   void set_inertial(int lane, int body, const Inertial& inertial);
 
   InertialsOf<T> inertials;  ///< per body
@@ -51,16 +51,17 @@ struct BatchWorkspaceOf {
   EffortSumsOf<T> efforts;
   LagrangeTermsOf<T> terms;
   ArticulationOf<T> articulation;
-  std::optional<RecursionOf<T>> recursion;  ///< where mass matrices are wanted
+  std::optional<RecursionOf<T>> recursion;  ///< for find_mass_matrix
 
   Eigen::VectorX<T> a;                 ///< nv, accelerations
-  Eigen::VectorX<T> drive_efforts;     ///< driven_nv: what the drives exert
-  Eigen::VectorX<T> group_power;       ///< W, of efforts and drives on each independent group
-  std::array<Fault, T::count> faults;  ///< of each lane, at the last accelerate()
-  bool together = true;                ///< else, there, its lanes were solved by themselves
-  bool coordinates_set = false;        ///< there, in `kinematics`: nothing asked for it if not
+  Eigen::VectorX<T> drive_efforts;     ///< driven_nv: the drives' generalised forces
+  Eigen::VectorX<T> group_power;       ///< per independent group, power of efforts and drives, W
+  std::array<Fault, T::count> faults;  ///< per lane, of the last accelerate()
+  bool together = true;                ///< false: the last accelerate() solved its lanes one by one
+  bool coordinates_set = false;  ///< whether the last accelerate() set the coordinates of `kinematics`; it
+                                 ///< skips them if nothing needs them
 
-  /// For lanes that are solved by themselves; none before the first.
+  /// For lanes solved alone; created at first use.
   struct Alone {
     Workspace workspace;
     Parameters parameters;
@@ -70,25 +71,25 @@ struct BatchWorkspaceOf {
 };
 using BatchWorkspace = BatchWorkspaceOf<Lanes>;
 
-/// Accelerations, what drives exert, energies (unless accelerations alone are wanted) and powers of the
-/// states (Lanes or Quad). `applied` (nv, or null) is added to the generalized efforts. False: of some lane
-/// the equations cannot be solved; see `faults`.
+/// Accelerations, drive forces, energies (unless only accelerations are wanted) and powers of the states
+/// (Lanes or Quad). `applied` (nv, or null) adds to the generalised forces. False: the equations of some lane
+/// cannot be solved; see `faults`.
 template <class T>
 bool accelerate(const System& system, const Parameters& parameters, const BatchStateOf<T>& state,
                 BatchWorkspaceOf<T>& workspace, const std::type_identity_t<T>* applied = nullptr,
                 Wanted wanted = Wanted::all);
 
-/// The energies, after accelerate() without them of the same states.
+/// Energies, after accelerate() for accelerations alone at the same states.
 template <class T>
 void find_energies(const System& system, const Parameters& parameters, const BatchStateOf<T>& state,
                    BatchWorkspaceOf<T>& workspace);
 
-/// efforts <- A a + B - Q (nv), what the accelerations a (nv) ask for beside the scene's own efforts.
+/// efforts <- A a + B - Q (nv): the generalised forces that accelerations a (nv) need beyond the scene's own.
 void inverse_dynamics(const System& system, const Parameters& parameters, const BatchState& state,
                       const Eigen::VectorX<Lanes>& a, BatchWorkspace& workspace,
                       Eigen::VectorX<Lanes>& efforts);
 
-/// A, into workspace.terms.A: row >= column only (see LagrangeTermsOf).
+/// Mass matrix A into workspace.terms.A: row >= column only (see LagrangeTermsOf).
 void find_mass_matrix(const System& system, const Parameters& parameters, const BatchState& state,
                       BatchWorkspace& workspace);
 

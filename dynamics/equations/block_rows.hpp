@@ -1,4 +1,4 @@
-// Rows of numbers, most of them zero: in blocks of columns, with a mask of the blocks that may have entries.
+// Sparse rows in blocks of columns, with a mask of the blocks that may have entries.
 #pragma once
 
 #include <bit>
@@ -11,7 +11,7 @@ namespace borelli {
 
 class BlockRows {
  public:
-  static constexpr int width = 8;  ///< columns of a block
+  static constexpr int width = 8;  ///< columns per block
 
   BlockRows(Eigen::Index rows, Eigen::Index columns)
       : blocks_((columns + width - 1) / width),
@@ -22,11 +22,11 @@ class BlockRows {
   Eigen::Index rows() const { return numbers_.rows(); }
   Eigen::Index padded_columns() const { return numbers_.cols(); }
 
-  /// The numbers of a row, those behind the last column too, which are zeros.
+  /// The numbers of a row, padded with zeros to whole blocks.
   double* row(int r) { return numbers_.row(r).data(); }
   const double* row(int r) const { return numbers_.row(r).data(); }
 
-  /// After row(r) was written to: finds its blocks.
+  /// Updates the mask of row r; call it after writing to row(r).
   void find_blocks(int r) {
     std::uint64_t* mask = masks_.data() + r * words_;
     std::fill(mask, mask + words_, 0);
@@ -45,14 +45,14 @@ class BlockRows {
     return sum;
   }
 
-  /// Whether row r of this and row o of the other have a block in common; both of as many columns.
+  /// Whether row r here and row o of `other` share a block. Both must have the same number of columns.
   bool shares(int r, const BlockRows& other, int o) const {
     for (Eigen::Index w = 0; w < words_; ++w)
       if (masks_[r * words_ + w] & other.masks_[o * words_ + w]) return true;
     return false;
   }
 
-  /// row r of this . row o of the other; both of as many columns.
+  /// Row r here . row o of `other`. Both must have the same number of columns.
   double dot(int r, const BlockRows& other, int o) const {
     double sum = 0;
     visit(masks_.data() + r * words_, other.masks_.data() + o * words_,
@@ -82,7 +82,7 @@ class BlockRows {
     return Eigen::Map<const Eigen::Array<double, width, 1>>(numbers_.row(r).data() + b * width);
   }
 
-  /// The blocks of a mask, or of two masks (the second may be null) in common.
+  /// Visits the blocks of a mask, or those common to two masks (the second may be null).
   template <class Visit>
   void visit(const std::uint64_t* mask, const std::uint64_t* other, Visit&& each) const {
     for (Eigen::Index w = 0; w < words_; ++w)

@@ -20,7 +20,7 @@ Branch branch_of(const Branches& all, int k) {
   return {all.ancestors.data() + first, int(all.first_ancestor[k + 1] - first)};
 }
 
-/// One step of F^-T x: the last coordinate that has not been done.
+/// One step of F^-T x, for coordinate k.
 void take_from_ancestors(const Branches& branches, const Rows& F, int k, double* x) {
   if (x[k] == 0) return;
   const Branch branch = branch_of(branches, k);
@@ -29,17 +29,17 @@ void take_from_ancestors(const Branches& branches, const Rows& F, int k, double*
   for (int a = 0; a < branch.count; ++a) x[branch.ancestors[a]] -= row[branch.ancestors[a]] * x[k];
 }
 
-// Rows so short that they all find room in the first cache are eliminated side by side.
+// Compact rows are used if all fit into the first-level cache.
 constexpr int most_in_cache = 2048;
 
-/// Whether elimination has left something of an entry of the diagonal but its rounding error.
+/// Whether a pivot is more than the rounding error of its diagonal entry.
 bool is_left(double pivot, double before) { return pivot > 1e-14 * before; }
 
-/// The factor of a tree of short branches. Of the coordinates along a row's branch those along a branch of
-/// one of them are the first: in rows that hold what is along their branches alone, one behind the other,
-/// elimination takes parts of rows from rows. `stride`: room in such a row, whole registers.
+/// Factors a tree of short branches with compact rows that hold only the entries along their branch. The
+/// branch of an ancestor is a prefix of the row's own branch, so elimination subtracts prefixes of rows.
+/// `stride`: room per row, in whole registers.
 int factor_short(const System& system, const Branches& branches, const Rows& A, Rows& F, int stride) {
-  using L = LanesOf<2, 2>;  // those of any processor, and so the same numbers on all
+  using L = LanesOf<2, 2>;  // width that every processor has: the same results on all
   alignas(64) double rows[most_in_cache];
   const int n = system.nv;
   for (int k = 0; k < n; ++k) {

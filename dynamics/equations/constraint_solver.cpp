@@ -10,7 +10,7 @@ namespace borelli {
 
 namespace {
 
-// of the square of what is left of a row: it has changed, and is found when asked for
+// Marks a squared remainder as out of date: it is computed at the next use.
 constexpr double unknown = -1;
 
 double known_left(const BlockRows& W, int row, double& left) {
@@ -53,7 +53,7 @@ void ConstraintSolver::prepare(const Rows& L, const Rows& F, bool decide, RowSet
       largest = std::max(largest, std::abs(row[i]));
       length_[r] += std::abs(row[i]) * system_.velocity_scale[columns[i]];
     }
-    // entries are lengths or pure numbers; one of rounding's size is none
+    // Entries are lengths or pure numbers; entries of the size of rounding count as zero.
     const bool left_out = set == RowSet::positions && system_.kinematic_rows[r];
     if (left_out || largest <= 1e-13 * std::max(1.0, system_.length)) {
       unit_.clear(r);
@@ -64,11 +64,11 @@ void ConstraintSolver::prepare(const Rows& L, const Rows& F, bool decide, RowSet
     double square = 0;
     for (std::size_t i = 0; i < columns.size(); ++i) square += row[i] * row[i];
     scale_[r] = 1 / std::sqrt(square);
-    // one that has all but vanished (a slide at its crank's dead point) points where rounding will
+    // The direction of a row that has nearly vanished (a slider at its crank's dead point) is rounding.
     if (remembered_ >= 0 && length_[r] < longest_[r]) scale_[r] *= length_[r] / longest_[r];
     for (std::size_t i = 0; i < columns.size(); ++i) row[i] *= scale_[r];
   }
-  // rows that have been dependent are, but for a passage, dependent still
+  // Dependent rows usually stay dependent, so the Gram matrix is not tried again for them.
   factored_ = (healthy_ || (decide && present() != before)) && eliminate(decide);
   if (!factored_) orthonormalise(decide);
   if (decide) healthy_ = rank_ == present();
@@ -81,7 +81,7 @@ void ConstraintSolver::begin(bool decide) {
   nearness_ = 1;
 }
 
-/// The factor by the rows' Gram matrix. False: a row is too near to the others for it, and nothing is
+/// Factors the rows by their Gram matrix. False: a row is too close to the others for it, and nothing is
 /// decided.
 bool ConstraintSolver::eliminate(bool decide) {
   unit_.multiply(decide);
@@ -90,7 +90,7 @@ bool ConstraintSolver::eliminate(bool decide) {
     if (decide) {
       const int next = unit_.next();
       if (next < 0) return false;
-      if (is_empty(next)) {  // and so are all that are left
+      if (is_empty(next)) {  // so are all remaining rows
         rank_ = k;
         break;
       }
@@ -111,9 +111,9 @@ bool ConstraintSolver::eliminate(bool decide) {
   return std::all_of(order_.begin() + rank_, order_.end(), [&](int row) { return is_empty(row); });
 }
 
-/// The factor with an orthonormal basis of the rows.
+/// Factors the rows with an orthonormal basis.
 void ConstraintSolver::orthonormalise(bool decide) {
-  if (W_.rows() < system_.rows) {  // room that healthy rows do without
+  if (W_.rows() < system_.rows) {  // allocated only when the Gram matrix fails
     W_ = BlockRows(system_.rows, system_.nv);
     basis_ = BlockRows(pivot_.size(), system_.nv);
     R_.resize(system_.rows, pivot_.size());
@@ -151,7 +151,7 @@ bool ConstraintSolver::counts(int k, double distance) {
 }
 
 void ConstraintSolver::remember() {
-  std::sort(pivot_.begin(), pivot_.begin() + rank_, std::greater());  // (as where the farthest comes first)
+  std::sort(pivot_.begin(), pivot_.begin() + rank_, std::greater());  // (order of Gram-Schmidt)
   for (int k = 0; k < rank_; ++k) largest_[k] = std::max(largest_[k], pivot_[k]);
   longest_ = longest_.cwiseMax(length_);
   remembered_ = std::max(remembered_, rank_);
@@ -169,12 +169,12 @@ void ConstraintSolver::forget() {
   remembered_ = -1;
 }
 
-/// Brings the row of which most is left to the k-th place.
+/// Moves the row with the largest remainder to the k-th place.
 void ConstraintSolver::choose_pivot(int k) {
   int best = k;
   double largest = known_left(W_, order_[k], left_[order_[k]]);
   for (int i = k + 1; i < system_.rows; ++i) {
-    // of rows equally far the earlier written one is taken, whatever the rounding
+    // Of rows equally far, take the one written first, whatever the rounding.
     if (const double other = known_left(W_, order_[i], left_[order_[i]]); other > largest * (1 + 1e-6)) {
       largest = other;
       best = i;
@@ -185,18 +185,18 @@ void ConstraintSolver::choose_pivot(int k) {
 
 void ConstraintSolver::make_orthonormal(int k) {
   const int pivot = order_[k];
-  for (int j = 0; j < k; ++j)  // once more, against what cancellation left
+  for (int j = 0; j < k; ++j)  // again, to remove what cancellation left
     if (basis_.shares(j, W_, pivot)) take_out(j, pivot);
   const double length = std::sqrt(known_left(W_, pivot, left_[pivot]));
   R_(pivot, k) = length;
   basis_.clear(k);
-  // else a stage of a step fell on a singular position: the row takes no part at this instant
+  // Otherwise a stage of a step hit a singular position: the row takes no part at this instant.
   if (length >= rank_tolerance) basis_.add(k, 1 / length, W_, pivot);
   for (std::size_t i = k + 1; i < order_.size(); ++i)
     if (basis_.shares(k, W_, order_[i])) take_out(k, order_[i]);
 }
 
-/// Takes out of a row of W what it has of the k-th of the basis.
+/// Subtracts from a row of W its projection on the k-th basis row.
 void ConstraintSolver::take_out(int k, int row) {
   const double c = basis_.dot(k, W_, row);
   if (c == 0) return;
@@ -209,7 +209,8 @@ std::vector<std::string> ConstraintSolver::rows_behind(int row) const {
   std::vector<std::string> names;
   if (is_empty(row) || std::find(order_.begin(), order_.begin() + rank_, row) != order_.begin() + rank_)
     return names;
-  // its parts c along the independent rows: sum_i R(k, i) c_i = R(k, row), triangular in the rows' order
+  // The row is sum_i c_i (independent row i), with sum_i R(i, k) c_i = R(row, k): triangular in the rows'
+  // order.
   Eigen::VectorXd part(rank_);
   for (int k = rank_ - 1; k >= 0; --k) {
     double sum = R_(row, k);
@@ -235,7 +236,7 @@ void ConstraintSolver::correct(const Rows& F, const Eigen::VectorXd& b, Eigen::V
   solve_lower(system_, F, x.data());
 }
 
-/// x <- y = W^T m with W y = b, of unit rows, by their Gram matrix; m stays.
+/// x <- y = W^T m with W y = b for unit rows, by their Gram matrix; m goes to unit_multipliers_.
 void ConstraintSolver::combine_rows(const Eigen::VectorXd& b, Eigen::VectorXd& x) {
   y_.setZero();
   unit_multipliers_.setZero();
@@ -267,7 +268,7 @@ void ConstraintSolver::compromise(const Rows& F, const Eigen::VectorXd& b, doubl
   solve_lower(system_, F, x.data());
 }
 
-/// x <- y, the combination z of the basis.
+/// x <- y = sum_k z_k basis_k.
 void ConstraintSolver::combine(Eigen::VectorXd& x) {
   y_.setZero();
   for (int k = 0; k < rank_; ++k) basis_.add_to(y_.data(), z_[k], k);
@@ -311,7 +312,7 @@ void ConstraintSolver::multipliers(Eigen::VectorXd& lambda) {
       lambda[row] = R_(row, k) >= rank_tolerance ? s_[k] / R_(row, k) : 0;
       s_.head(k) -= lambda[row] * R_.row(row).head(k).transpose();
     }
-  } else {  // the least of many: lambda = R s with R^T R s = z
+  } else {  // the least of all solutions: lambda = R s with R^T R s = z
     solve_gram(0, s_);
     for (int row = 0; row < system_.rows; ++row) lambda[row] = R_.row(row).head(rank_).dot(s_.head(rank_));
   }

@@ -1,24 +1,22 @@
-// Least corrections that satisfy the constraint rows, measured by the mass matrix, and the multipliers that
-// bring them about. With A = F^T F and W = L F^-1, the acceleration that a = F^-1 y adds has the size |y|,
-// and L a = W y.
+// Least corrections that satisfy the constraint rows, in the norm of the mass matrix, and their multipliers.
+// With A = F^T F and W = L F^-1, a correction a = F^-1 y has norm |y|, and L a = W y.
 //
-// The rows of W, each scaled to unit length and so free of units, are made orthonormal one after the other,
-// the farthest from the span of those before it first (Gram-Schmidt with pivoting; Bjorck, Numerics of
-// Gram-Schmidt orthogonalization, 1994). Rows that lie in the span depend on the others: they take no part in
-// y, and the multipliers are the least that give the same y.
+// The rows of W are scaled to unit length, which removes their units. They are made orthonormal one after the
+// other, always the one farthest from the span of those before it (Gram-Schmidt with pivoting; Bjorck,
+// Numerics of Gram-Schmidt orthogonalization, 1994). Rows in that span are dependent: they do not enter y,
+// and the multipliers are the least that give the same y.
 //
-// Where no row comes near to the others, their Gram matrix is eliminated instead (sparse_rows.hpp), at a cost
-// that grows with the number of loops as good as linearly. The basis takes room of rows x rank, which is made
-// when first it is needed.
+// If all rows are well separated, their Gram matrix is eliminated instead (sparse_rows.hpp), at a cost nearly
+// linear in the number of loops. The orthonormal basis needs rows x rank numbers, allocated at first use.
 //
-// A row has entries on the branches that its constraint ties only. Rows are kept in blocks of columns, with a
-// mask of those that are not empty, and what has no block in common is orthogonal as it is.
+// A row has entries only on the branches that its constraint ties. Rows are stored in blocks of columns with
+// a mask of the nonempty ones; rows without a common block are orthogonal.
 //
-// At a singular position (a four-bar flattened) rows that are independent elsewhere become dependent. Close
-// to it the direction in which such a row holds is known to rounding over the distance only, and steps that
-// follow it there come out on any branch. So within a run the solver remembers how far from the others its
-// rows have been, and counts them as dependent while they are much closer than that: the motion coasts
-// through the neighbourhood by its own inertia, which is along the branch that it came on.
+// At a singular position (a flattened four-bar) rows become dependent that are independent elsewhere. Close
+// to it, the direction of such a row is known only to rounding over its distance, and steps along it end on
+// an arbitrary branch. Within a run the solver therefore remembers how far its rows have been from the
+// others. It treats them as dependent while they are much closer than that: the motion coasts through the
+// neighbourhood by its inertia, along its own branch.
 #pragma once
 
 #include <algorithm>
@@ -30,59 +28,60 @@
 
 namespace borelli {
 
-/// Which rows take part: all, or those that hold positions (System::kinematic_rows are left out).
+/// The rows that take part: all, or only position rows (without System::kinematic_rows).
 enum class RowSet { all, positions };
 
 class ConstraintSolver {
  public:
   explicit ConstraintSolver(const System& system);
 
-  /// How far from the span of the others a unit row must be to count as independent of them. It lies above
-  /// what assembly and rounding leave (some 1e-10) and far below what a healthy mechanism has.
+  /// Least distance of an independent unit row from the span of the others. It lies above the errors of
+  /// assembly and rounding (some 1e-10) and far below the distances in a healthy mechanism.
   static constexpr double rank_tolerance = 1e-8;
-  /// Within a run: how near rows that have been independent may come to dependence, at most and in parts of
-  /// the farthest that they have been, and from where on rows count as independent that have never been. What
-  /// coasting through costs falls with it, what rounding costs rises with its inverse square: 1e-16 / 1e-8.
+  /// Rank thresholds within a run. A row that has been independent stays so down to nearness_share of its
+  /// largest distance, or to nearness_tolerance if that is less. A row that has never been independent must
+  /// exceed nearness_tolerance. A smaller tolerance coasts less, but amplifies rounding by its inverse
+  /// square: 1e-16 / 1e-8.
   static constexpr double nearness_tolerance = 1e-4, nearness_share = 1e-3;
-  /// Rows farther from those before them than this, unit rows, are told apart by their Gram matrix: to 1e-8
-  /// of the distance's square, and to 1e-2 where rows of which but a millionth was left went before.
+  /// Unit rows farther than this from those before them are eliminated by their Gram matrix. It resolves the
+  /// square of the distance to 1e-8, or to 1e-2 after rows of which only a millionth was left.
   static constexpr double healthy_distance = 1e-4;
 
-  /// Takes in L (rows x size; its free columns) and the factor F of the mass matrix. With `decide` it also
-  /// decides rank and order of the rows; else it keeps those of the last decision. Rows that are not in the
-  /// set count as empty.
+  /// Sets L (rows x size; only the free columns are read) and the factor F of the mass matrix. With `decide`
+  /// it also decides rank and order of the rows; else it keeps the last decision. Rows outside `set` count as
+  /// empty.
   void prepare(const Rows& L, const Rows& F, bool decide, RowSet set = RowSet::all);
 
   /// Row r of L times x (nv numbers), over the coordinates that its constraint ties.
   double along(const Rows& L, int r, const Eigen::VectorXd& x) const { return unit_.dot(L, r, x.data()); }
-  /// b <- b - L x, row by row as along() has it.
+  /// b <- b - L x, row by row with along().
   void take_from(Eigen::VectorXd& b, const Rows& L, const Eigen::VectorXd& x) const {
     for (int r = 0; r < system_.rows; ++r) b[r] -= along(L, r, x);
   }
 
-  /// The least correction x (nv numbers, by the mass matrix) with L x = b on the independent rows.
+  /// The least correction x (nv numbers, norm of the mass matrix) with L x = b on the independent rows.
   void correct(const Rows& F, const Eigen::VectorXd& b, Eigen::VectorXd& x);
 
-  /// A correction that brings all rows, dependent ones too, towards L x = b as far as they agree: least
-  /// squares of unit rows, damped against directions that rows hardly determine (Levenberg 1944), `damping`
-  /// in parts of a unit row.
+  /// A correction that brings all rows, dependent ones too, as close to L x = b as possible: least squares of
+  /// unit rows, damped against poorly determined directions (Levenberg 1944). `damping` is relative to a unit
+  /// row.
   void compromise(const Rows& F, const Eigen::VectorXd& b, double damping, Eigen::VectorXd& x);
 
   /// The multipliers of the last correction (not compromise): A x = L^T lambda.
   void multipliers(Eigen::VectorXd& lambda);
 
   int rank() const { return rank_; }
-  /// Of the least independent row that has been independent, at the last decision: how far it was from the
-  /// span of the others. 1 without rows.
+  /// At the last decision, the least distance from the others of a row that counts, or has counted, as
+  /// independent. 1 without rows.
   double nearness() const { return nearness_; }
-  /// The largest rank remembered, or that of the last decision if none is.
+  /// The larger of the remembered rank and that of the last decision.
   int full_rank() const { return std::max(remembered_, rank_); }
-  /// Remembers the rows' distances at the last decision, that of a state which the run came to: from then on
-  /// they are judged by what they have been.
+  /// Remembers the rows' distances at the last decision, for a state that the run accepted. Later decisions
+  /// compare with them.
   void remember();
-  /// The same memory as another solver of the same system.
+  /// Copies the memory of another solver of the same system.
   void remember(const ConstraintSolver& other);
-  /// Judges rows by rank_tolerance alone.
+  /// Clears the memory: rows are judged by rank_tolerance alone.
   void forget();
   template <class Keeper>
   void keep(Keeper& k) {
@@ -91,14 +90,14 @@ class ConstraintSolver {
     for (int& row : order_) k.within(row, 0, system_.rows - 1);
     k(scale_, length_, longest_, nearness_, pivot_, largest_, healthy_);
   }
-  /// The last correction (not compromise) in the basis of F, F x = y: its energy where x is a velocity is
-  /// y . y / 2, component by component.
+  /// The last correction x (not compromise) as y = F x. If x is a velocity, its kinetic energy is y . y / 2,
+  /// component by component.
   const Eigen::VectorXd& measured() const { return y_; }
   /// Row indices: independent rows first (rank of them), then the dependent ones.
   const std::vector<int>& order() const { return order_; }
   /// Whether row i has no effect on any free coordinate.
   bool is_empty(int i) const { return scale_[i] == 0; }
-  /// Of a dependent row: the names of the rows that it is made of; of an independent one: none.
+  /// Names of the independent rows that combine to a dependent `row`; empty for an independent one.
   std::vector<std::string> rows_behind(int row) const;
 
  private:
@@ -116,22 +115,23 @@ class ConstraintSolver {
   const System& system_;
   int rank_ = 0;
   std::vector<int> order_;
-  Eigen::VectorXd scale_;  ///< of each row of W: 1 / its length, less for one that was longer; 0: empty
+  Eigen::VectorXd scale_;  ///< per row of W: 1 / its length, reduced while L's row is shorter than
+                           ///< remembered; 0: empty
   Eigen::VectorXd length_,
-      longest_;            ///< of each row of L, by the coordinates' scales; over the states remembered
-  SparseRows unit_;        ///< W, unit rows
-  bool healthy_ = true;    ///< whether all that were not empty were independent, as decided
-  bool factored_ = false;  ///< whether it stands in unit_; else basis_ and R_ do
-  BlockRows W_;            ///< rows x nv: unit rows, on the way to what is left of them
+      longest_;  ///< length of each row of L in the coordinates' scales; its maximum over remembered states
+  SparseRows unit_;        ///< W with unit rows
+  bool healthy_ = true;    ///< whether all nonempty rows were independent at the last decision
+  bool factored_ = false;  ///< whether the factor is in unit_; else in basis_ and R_
+  BlockRows W_;            ///< rows x nv: unit rows minus their projections on the basis so far
   BlockRows basis_;        ///< rank x nv, orthonormal
   Rows R_;                 ///< rows x rank: unit row r of W is sum_k R(r, k) basis_k
-  Eigen::VectorXd left_;   ///< of each row of W: the square of what is left of it
-  Eigen::VectorXd unit_multipliers_, rest_;  ///< of unit_: of the last correction; scratch
-  int remembered_ = -1;                      ///< the largest rank that states of the run had; -1: none seen
+  Eigen::VectorXd left_;   ///< per row of W: squared length of what is left
+  Eigen::VectorXd unit_multipliers_, rest_;  ///< for unit_: multipliers of the last correction; scratch
+  int remembered_ = -1;                      ///< largest rank of remembered states; -1: none
   double nearness_ = 1;
-  Eigen::VectorXd pivot_;    ///< of each independent row in its order: its distance from those before it
-  Eigen::VectorXd largest_;  ///< of these over the states remembered
-  Eigen::VectorXd z_;        ///< of the last correction, in the basis
+  Eigen::VectorXd pivot_;    ///< per independent row, in order: distance from those before it
+  Eigen::VectorXd largest_;  ///< maximum of pivot_ over remembered states
+  Eigen::VectorXd z_;        ///< last correction in the orthonormal basis
   Rows G_;                   ///< rank x rank scratch
   Eigen::VectorXd s_, y_;    ///< scratch
 };

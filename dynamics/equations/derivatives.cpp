@@ -57,7 +57,7 @@ class Residuals {
     }
   }
 
-  /// By the inertial numbers of a body (ten columns from `first` on).
+  /// Derivatives by the inertial numbers of a body (ten columns from `first` on).
   void by_inertia(int body, int first, Rows& dr, Rows& dc) {
     static_assert(width == 10);
     constexpr int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
@@ -73,19 +73,19 @@ class Residuals {
   }
 
  private:
-  /// No direction at all.
+  /// Resets q and v to zero derivatives.
   void rest() {
     q_ = state_.q.cast<DualNumber>();
     v_ = state_.v.cast<DualNumber>();
   }
 
-  /// Direction `at` is the i-th velocity of a coordinate.
+  /// Makes direction `at` the i-th velocity of a coordinate.
   void seed(const CoordinateInfo& info, int i, int at) {
     if (info.q_size == 1) {
       q_[info.q_index].d[at] = 1;
       return;
     }
-    Quaternion turn = Quaternion::Zero();  // half the rate of exp
+    Quaternion turn = Quaternion::Zero();  // d exp(x) / dx_i at x = 0
     turn[1 + i] = 0.5;
     const Quaternion rate = product(state_.q.segment<4>(info.q_index), turn);
     for (int k = 0; k < 4; ++k) q_[info.q_index + k].d[at] = rate[k];
@@ -111,7 +111,7 @@ class Residuals {
     scan_constraints(system_, p, kinematics_, rows_);
     for (int row = 0; row < system_.rows; ++row) {
       for (int i = 0; i < system_.nv; ++i) r[i] -= lambda_[row] * rows_.L(row, i);
-      c[row] = rows_.E[row];  // with L a: the kinematics were given a
+      c[row] = rows_.E[row];  // includes L a, since the kinematics were given a
     }
   }
 
@@ -144,7 +144,7 @@ std::vector<std::string> names_of(const System& system, const std::vector<int>& 
   return out;
 }
 
-/// da and dlambda from dr and dc, column by column, in place of them.
+/// Replaces dr and dc by da and dlambda, column by column.
 void solve(const System& system, Workspace& w, Rows& dr, Rows& dc) {
   for (Eigen::Index column = 0; column < dr.cols(); ++column) {
     w.a = -dr.col(column);
@@ -184,7 +184,7 @@ Result<ForwardDerivatives> forward_derivatives(const System& system, const State
     out.multipliers_by_q = out.multipliers_by_v = out.multipliers_by_efforts = Rows::Zero(system.rows, n);
     out.acceleration_by_inertia = Rows::Zero(n, 10 * Eigen::Index(bodies.size()));
     out.multipliers_by_inertia = Rows::Zero(system.rows, 10 * Eigen::Index(bodies.size()));
-    out.acceleration_by_efforts = -Rows::Identity(n, n);  // r holds them with their sign turned
+    out.acceleration_by_efforts = -Rows::Identity(n, n);  // dr by efforts: r contains -efforts
     Residuals residuals(system, state, now->acceleration, now->multipliers);
     residuals.by_q(out.acceleration_by_q, out.multipliers_by_q);
     residuals.by_v(out.acceleration_by_v, out.multipliers_by_v);
@@ -239,7 +239,7 @@ Result<InverseDynamics> inverse_dynamics(const System& system, const State& stat
     out.efforts.resize(n);
     inverse_dynamics(system, system.parameters, system.parameters.inertials, state.t, state.q.data(),
                      state.v.data(), a.data(), w.kinematics, w.efforts, w.articulation, out.efforts.data());
-    if (const Fault fault =  // A, singular or not
+    if (const Fault fault =  // only A is needed, singular or not
         update_terms(system, system.parameters, state.t, state.q.data(), state.v.data(), w);
         fault.kind == Fault::Kind::no_memory)
       return tl::unexpected(describe(system, fault, state.t));

@@ -29,7 +29,7 @@ Result<void> admit_mass_matrix(const System& system, int count) {
 Result<void> admit_workspaces(const System& system, Equations equations, int count, bool mass_matrix) {
   const double n = system.size(), rows = system.rows;
   if (rows > 0) {
-    // L and its unit rows, sliding directions, and a bit for each pair of rows
+    // L and its unit rows, slip directions, and one bit per pair of rows
     const double numbers = 2 * rows * n + double(system.contacts.size()) * n + rows * rows / 64;
     if (auto fine = admit_large(
             system, count * sizeof(double) * numbers,
@@ -118,13 +118,13 @@ Fault find_terms(const System& system, const Parameters& parameters, Workspace& 
   }
   const int singular = factor_mass_matrix(system, w.terms.A, w.factor);
   if (singular < 0) return {};
-  // a state that is not finite shows here first
+  // A state that is not finite shows here first.
   const bool finite =
       std::isfinite(w.terms.A(singular, singular)) && std::isfinite(w.factor(singular, singular));
   return {finite ? Fault::Kind::singular_mass : Fault::Kind::not_finite, singular};
 }
 
-/// Rows, multipliers and friction where no row holds.
+/// Clears rows, multipliers and friction for a state without active rows.
 void empty_rows(Workspace& w) {
   if (w.rows_empty) return;
   w.rows.empty();
@@ -165,7 +165,7 @@ Fault update_energies(const System& system, const Parameters& parameters, double
 
 namespace {
 
-/// Adds to the accelerations what the constraints ask for.
+/// Adds the accelerations that the constraints cause.
 void add_constraints(const RowHandling& handling, Workspace& w) {
   w.solver.prepare(w.rows.L, w.factor, handling.decide_rank);
   w.wanted.noalias() = -w.rows.E;
@@ -177,7 +177,7 @@ void add_constraints(const RowHandling& handling, Workspace& w) {
   w.a += w.correction;
 }
 
-/// What each drive exerts: its own row of the equations, with all accelerations known.
+/// Drive forces: each drive's own row of the equations, with all accelerations known.
 void find_drive_efforts(const System& system, Workspace& w) {
   const int n = system.nv;
   for (int d = 0; d < system.driven_nv; ++d) {
@@ -188,7 +188,7 @@ void find_drive_efforts(const System& system, Workspace& w) {
   }
 }
 
-/// The accelerations by articulated bodies, with what acts. False where they do not apply or A must decide.
+/// Efforts, and accelerations by articulated bodies. False: they do not apply, or A must decide.
 bool articulate(const System& system, const Parameters& parameters, double t, const double* q,
                 const double* v, Workspace& w, const double* applied) {
   if (w.kinematics.equations != Equations::recursive || w.has_rows() || !w.articulation.every_body_moves)
@@ -246,7 +246,7 @@ Fault accelerate(const System& system, const Parameters& parameters, double t, c
   }
   if (system.rows > 0) w.group_violation.setZero();
   for (int r = 0; r < system.rows; ++r) {
-    if (w.multipliers[r] == 0) continue;  // (of contacts most are open)
+    if (w.multipliers[r] == 0) continue;  // (most contacts are open)
     const int group = system.constraints[system.row_constraint[r]].group;
     w.group_power[group] += w.multipliers[r] * (w.rows.rate[r] - w.rows.partial_rate[r]);
     w.group_violation[group] += w.multipliers[r] * w.rows.rate[r];

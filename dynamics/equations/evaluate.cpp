@@ -30,7 +30,7 @@ Result<Evaluation> evaluate(const System& system, const State& state, const Eige
     if (efforts.size() != 0 && efforts.size() != system.nv)
       return bad_use("efforts",
                      fmt::format("are {}; the scene has {} velocities", efforts.size(), system.nv));
-    // The answer holds another mass matrix and other rows.
+    // The result holds another mass matrix and copies of the rows.
     if (auto fits = admit_workspaces(system, system.settings.equations, 2, true); !fits)
       return tl::unexpected(fits.error());
     Workspace w(system);
@@ -43,7 +43,7 @@ Result<Evaluation> evaluate(const System& system, const State& state, const Eige
     out.acceleration = w.a;
     out.multipliers = w.multipliers;
     out.drive_efforts = w.drive_efforts;
-    // A, B and Q, which the accelerations may have done without; their faults would have shown
+    // The accelerations may not have needed A, B and Q. Other faults would have shown already.
     if (const Fault fault =
             update_terms(system, system.parameters, state.t, state.q.data(), state.v.data(), w);
         fault.kind == Fault::Kind::no_memory)

@@ -1,12 +1,12 @@
-// The equations at one state, for people and other programs: `borelli evaluate`.
+// The equations at one state, for users and other programs: `borelli evaluate`.
 #pragma once
 
 #include "dynamics/equations/jacobian.hpp"
 
 namespace borelli {
 
-/// A a + B = Q + L^T lambda, L a + E = 0, over the free coordinates. B holds the velocity terms alone (driven
-/// coordinates' accelerations included), Q weight, springs, dampers and given efforts.
+/// A a + B = Q + L^T lambda, L a + E = 0, over the free coordinates. B holds the velocity terms and the
+/// accelerations of driven coordinates; Q holds weight, springs, dampers and given forces.
 struct Evaluation {
   std::vector<std::string> coordinates;  ///< one name per velocity; a ball's three end in .x, .y, .z
   Rows mass_matrix;                      ///< A, nv x nv
@@ -17,14 +17,14 @@ struct Evaluation {
   Rows constraint_jacobian;              ///< L, rows x nv
   Eigen::VectorXd constraint_bias;       ///< E
   Eigen::VectorXd multipliers;           ///< lambda
-  Eigen::VectorXd drive_efforts;         ///< what driven coordinates exert
+  Eigen::VectorXd drive_efforts;         ///< driven coordinates' generalised forces
   double kinetic_energy = 0, potential_energy = 0;  ///< J
   Momenta momenta;                                  ///< of all moving solids
   CentroidalMomentum centroidal;
 };
 
-/// At `state`, as it is (constraints are not put right). `efforts`, if not empty, holds nv generalized
-/// efforts more.
+/// At the given state (not assembled). `efforts`, if not empty, holds nv additional generalised forces. Fails
+/// if a size or state does not fit, or if the equations cannot be solved.
 Result<Evaluation> evaluate(const System& system, const State& state,
                             const Eigen::VectorXd& efforts = Eigen::VectorXd());
 

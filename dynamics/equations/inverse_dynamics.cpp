@@ -1,4 +1,4 @@
-// Vectors of three numbers are written one by one (see articulated.cpp).
+// Vectors of three are stored number by number (see articulated.cpp).
 #define EIGEN_UNALIGNED_VECTORIZE 0
 #include "dynamics/equations/inverse_dynamics.hpp"
 
@@ -15,8 +15,8 @@ using namespace articulated;
 
 namespace {
 
-/// The inertial force of a body less its weight, at the origin of its frame. The moment is added up in the
-/// body's axes, where its tensor is given.
+/// Inertial force of a body minus its weight, at the origin of its frame. The moment is summed in the body's
+/// axes, in which its tensor is given.
 template <class T, class Inertia>
 Wrench<T> needed_by_body(const Inertia& inertial, const Eigen::Vector3d& gravity,
                          const LinkMotion<T>& motion) {
@@ -44,14 +44,14 @@ void add(const Wrench<T>& wrench, LinkOf<T>& to) {
   to.carries = true;
 }
 
-/// What a force through the gravity centre, `arm` from the frame's origin, and a moment spare.
+/// Subtracts an applied force through the gravity centre (`arm` from the frame's origin) and a moment.
 template <class T>
 void spare(const Vector3<T>& arm, const Vector3<T>& force, const Vector3<T>& moment, Wrench<T>& wrench) {
   wrench.n -= moment + arm.cross(force);
   wrench.f -= force;
 }
 
-/// What a wrench at its frame asks of the coordinates of a step.
+/// Projects a wrench at the step's frame onto the step's coordinates.
 template <class Kind, class T>
 void find_powers(const LinkMotion<T>& motion, const PivotOf<T>* pivots, const Wrench<T>& wrench, T* powers) {
   if constexpr (turns_freely<Kind>) {
@@ -100,7 +100,7 @@ void hold_bodies(const System& system, const Parameters& parameters, const Inert
   }
 }
 
-/// What the trees need, at their frames, added to what carries them.
+/// Inward pass over the trees: adds their wrenches to the links that carry them.
 void hold_side(const System& system, const Parameters& parameters, const Kinematics& k,
                const EffortSums* efforts, Articulation& articulation, SideBySide& side, double* needed) {
   for (int b = int(side.trees.bodies.size()) - 1; b >= 0; --b) {

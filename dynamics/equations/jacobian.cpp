@@ -13,8 +13,8 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// Calls visit(column, angular, linear) for every free coordinate that body b depends on: what its unit
-/// velocity does to the body and to the point of it at p.
+/// Calls visit(column, angular, linear) for every free coordinate that moves body b: the angular velocity of
+/// the body and the velocity of its point at p per unit velocity.
 template <class Visit>
 void for_each_column(const System& system, const Kinematics& k, std::size_t b, const Vector3d& p,
                      Visit&& visit) {

@@ -1,4 +1,4 @@
-// Vectors of three numbers are written one by one (see articulated.cpp).
+// Vectors of three are stored number by number (see articulated.cpp).
 #define EIGEN_UNALIGNED_VECTORIZE 0
 #include "dynamics/equations/kinematics.hpp"
 
@@ -54,15 +54,15 @@ void place(const Placement& placement, PoseOf<T>& X) {
   }
 }
 
-/// A frame on its way from a body's parent to the body.
+/// A frame on the chain of switches from a body's parent to the body.
 template <class T>
 struct Way {
   PoseOf<T> X;
-  Vector3<T> w, wdot, v, vdot;  ///< v: of the origin
+  Vector3<T> w, wdot, v, vdot;  ///< v: velocity of the origin
 };
 
-/// Moves a frame on by one switch, and with it (if `moving`) its angular velocity and the rate of that; if
-/// carried, also the velocity of its origin and the rate of that. Compiled for each kind of switch by itself.
+/// Advances a frame by one switch: its pose and, if `moving`, angular velocity and acceleration; if
+/// `carried`, also the velocity and acceleration of its origin. Compiled separately for each kind of switch.
 template <bool moving, class Kind, class T>
 void advance(const Kind& kind, const SwitchStep& step, const Placement& placement, bool carried,
              bool accelerated, KinematicsOf<T>& k, Way<T>& to) {
@@ -72,7 +72,7 @@ void advance(const Kind& kind, const SwitchStep& step, const Placement& placemen
   kind.advance(k.q.data() + step.q, to.X, angular, linear);
   for (int i = 0; i < Kind::nv; ++i)
     for (int c = 0; c < 3; ++c) {
-      if (Kind::rotates) k.twists(step.u + i, c) = angular[i][c];  // (else zero, as it was made)
+      if (Kind::rotates) k.twists(step.u + i, c) = angular[i][c];  // (otherwise zero since construction)
       if (Kind::slides) k.twists(step.u + i, 3 + c) = linear[i][c];
       k.twists(step.u + i, 6 + c) = to.X.p[c];
     }
@@ -231,7 +231,7 @@ void update_all(const System& system, const Parameters& parameters, const Inerti
   }
 }
 
-/// Poses alone where velocities are not given (and not where there are none, whose array may be null).
+/// Only poses if v is null. (With nv = 0 null is a valid array.)
 template <class T>
 void update_what_is_given(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
                           double t, const T* q, const T* v, const T* a, KinematicsOf<T>& k) {
@@ -267,8 +267,7 @@ SecondDerivative second_derivative(const System& system, const Kinematics& kinem
   const int a = support[i], b = support[j];
   const auto derivative = [&](int c, int n) { return kinematics.row(system, k, c)[n]; };
   const auto V = [&](int n) { return Vector3d(derivative(0, n), derivative(1, n), derivative(2, n)); };
-  // the switch of each: one that comes before, or a component of the same ball, carries the other's motion
-  // along
+  // The coordinate whose switch comes first, or any component of the same ball, rotates the other's motion.
   const auto step_of = [&](int u) {
     for (std::size_t s = 0; s < system.steps.size(); ++s)
       if (u >= system.steps[s].u && u < system.steps[s].u + system.steps[s].nv) return int(s);

@@ -1,8 +1,8 @@
-// Where every body is and how it moves: the pose (the paper's positioning function Phi_k), its first
-// derivatives by the coordinates of its support, as velocities (equation 12), and its acceleration at zero
-// acceleration of the free coordinates, which is its second derivatives contracted with the velocities.
+// Pose and motion of every body: the pose (the paper's positioning function Phi_k), its first derivatives by
+// the coordinates of its support, as velocities (equation 12), and its acceleration at zero acceleration of
+// the free coordinates. The last is the second derivatives contracted with the velocities.
 //
-// The paper's q_0 = t: a driven coordinate is carried like a free one, with its rate and acceleration known.
+// The paper's q_0 = t: a driven coordinate is carried like a free one, with known rate and acceleration.
 #pragma once
 
 #include <type_traits>
@@ -15,13 +15,13 @@
 
 namespace borelli {
 
-/// What bodies can at most resist, were they rigidly tied, as they turn about a point or move with it, in any
-/// pose of theirs; over numbers without derivatives.
+/// Upper bound of the inertia of several bodies about a point, held rigid in any pose; plain numbers without
+/// derivatives.
 template <class T>
 struct InertiaBoundOf {
   T mass = 0;   ///< kg
-  T polar = 0;  ///< half the traces of the tensors about their own centres, kg m^2
-  T reach = 0;  ///< m, from the point to the farthest gravity centre
+  T polar = 0;  ///< sum of half the traces of the tensors about the gravity centres, kg m^2
+  T reach = 0;  ///< bound on the distance from the point to any gravity centre, m
 
   T polar_inertia() const { return polar + mass * reach * reach; }
   void add(const InertiaBoundOf& other) {
@@ -30,11 +30,11 @@ struct InertiaBoundOf {
     reach = larger(reach, other.reach);
   }
 };
-/// Of bodies whose numbers are T.
+/// The bound for bodies whose numbers are T.
 template <class T>
 using InertiaBound = InertiaBoundOf<std::remove_cvref_t<decltype(value_of(std::declval<T>()))>>;
 
-/// No less than how far a point is from the origin, in any axes.
+/// Upper bound of a point's distance from the origin, in any axes.
 template <class T>
 auto distance_bound(const Eigen::Vector3<T>& point) {
   using std::abs;
@@ -47,20 +47,20 @@ struct alignas(line_alignment<T>) VariedInertial {
   T mass = 0;                                            ///< kg
   Eigen::Vector3<T> centre = Eigen::Vector3<T>::Zero();  ///< m, body's frame
   Eigen::Matrix3<T> tensor = Eigen::Matrix3<T>::Zero();  ///< about the gravity centre, kg m^2
-  // Of numbers side by side, found by `set` and `settle`: it would take long to find them each time. (Flags
-  // come last, so that numbers lie within lines of memory.)
+  // For lanes only: precomputed by `set` and `settle`. (Flags come last, so that numbers stay within cache
+  // lines.)
   InertiaBound<T> bound;
   PendantOf<T> pendant;
-  bool principal = false;  ///< the body's axes are the tensor's: less is computed
-  bool round = false;      ///< `pendant` is known of each
+  bool principal = false;  ///< the body's axes are principal axes, which saves work
+  bool round = false;      ///< `pendant` is valid in every lane
 
-  /// A lane's; settle() after the last.
+  /// Sets one lane; call settle() after the last.
   void set(int lane, const Inertial& inertial);
   void settle();
   Inertial lane(int lane) const;
 };
 
-/// Of one body, about the origin of its frame.
+/// The bound of one body about the origin of its frame.
 template <class T, class Inertia>
 InertiaBound<T> find_bound(const Inertia& inertial) {
   return {value_of(inertial.mass), 0.5 * value_of(inertial.tensor.trace()), distance_bound(inertial.centre)};
@@ -113,20 +113,20 @@ struct BodyMotionOf {
   PoseOf<T> X;                                         ///< X_WB
   Eigen::Vector3<T> w = Eigen::Vector3<T>::Zero();     ///< angular velocity
   Eigen::Vector3<T> wdot = Eigen::Vector3<T>::Zero();  ///< its rate at the given free accelerations
-  Eigen::Vector3<T> g = Eigen::Vector3<T>::Zero();     ///< gravity centre (B's origin without mass)
-  Eigen::Vector3<T> v = Eigen::Vector3<T>::Zero();     ///< velocity of g
+  Eigen::Vector3<T> g = Eigen::Vector3<T>::Zero();  ///< gravity centre (B's origin for a body without mass)
+  Eigen::Vector3<T> v = Eigen::Vector3<T>::Zero();  ///< velocity of g
   Eigen::Vector3<T> vdot = Eigen::Vector3<T>::Zero();  ///< its rate at the given free accelerations
-  /// The same of B's origin; kept by the recursive equations only.
+  /// Velocity and acceleration of B's origin; recursive equations only.
   Eigen::Vector3<T> origin_v = Eigen::Vector3<T>::Zero(), origin_vdot = Eigen::Vector3<T>::Zero();
-  int derivatives = 0;  ///< where its block begins in Kinematics::derivatives
+  int derivatives = 0;  ///< offset of its block in Kinematics::derivatives
 };
 using BodyMotion = BodyMotionOf<double>;
 
 /// Scratch and result of update_kinematics; one per thread. Sized once for a System.
 template <class T>
 struct KinematicsOf {
-  /// `derivatives` are kept for the paper's equations alone; the recursive ones carry velocities and their
-  /// rates on from body to body.
+  /// Only the paper's equations keep `derivatives`; the recursive ones pass velocities and accelerations from
+  /// body to body.
   explicit KinematicsOf(const System& system, Equations equations = Equations::lagrange);
 
   Equations equations;
@@ -135,18 +135,18 @@ struct KinematicsOf {
   Eigen::VectorX<T> q;             ///< extended positions: free, then driven
   Eigen::VectorX<T> u;             ///< extended velocities: v, then driven rates
   Eigen::VectorX<T> acceleration;  ///< extended: the given free ones (zeros), then driven accelerations
-  bool accelerated = false;        ///< the free ones were given
+  bool accelerated = false;        ///< free accelerations were given
 
-  /// Per extended coordinate a row: the unit twist that it gives to all that it carries, angular and linear,
-  /// and where it acts. With room at the end, so that several rows may be read at once.
+  /// One row per extended coordinate: its unit twist (angular, linear) and the point where it acts. Padded,
+  /// so that several rows can be loaded at once.
   Eigen::Matrix<T, Eigen::Dynamic, 9> twists;
   Eigen::Vector3<T> angular(int i) const { return {twists(i, 0), twists(i, 1), twists(i, 2)}; }
   Eigen::Vector3<T> linear(int i) const { return {twists(i, 3), twists(i, 4), twists(i, 5)}; }
   Eigen::Vector3<T> origin(int i) const { return {twists(i, 6), twists(i, 7), twists(i, 8)}; }
 
-  /// Twice the angular velocity before its switch, plus that of the switch itself: with it the second
-  /// derivatives d2Phi/dq_i dq_j = Omega_min(i,j) x V_max(i,j) sum up over i and j to convective[i] x V_i u_i
-  /// over i.
+  /// Per coordinate, twice the angular velocity before its switch plus that of the switch itself. The second
+  /// derivatives d2Phi/dq_i dq_j = Omega_min(i,j) x V_max(i,j), contracted with the velocities, are then the
+  /// sum over i of convective[i] x V_i u_i.
   std::vector<Eigen::Vector3<T>> convective;
 
   std::vector<BodyMotionOf<T>> bodies;
@@ -162,15 +162,15 @@ struct KinematicsOf {
 };
 using Kinematics = KinematicsOf<double>;
 
-/// The first part of update_kinematics: positions, velocities and given accelerations of the coordinates,
-/// those of drives from their functions.
+/// Sets positions, velocities and given accelerations of the coordinates, and those of drives from their
+/// functions. The first part of update_kinematics.
 template <class T>
 void set_coordinates(const System& system, const Parameters& parameters, double t, const T* q, const T* v,
                      const T* a, KinematicsOf<T>& kinematics);
 
-/// Fills `kinematics` for time t, positions q (nq) and velocities v (nv); `inertials` say where the gravity
-/// centres are. With `a` (nv, or null for zeros) the rates of velocities are those at the accelerations a.
-/// Where v is null, poses, gravity centres and twists alone.
+/// Fills `kinematics` for time t, positions q (nq) and velocities v (nv); `inertials` give the gravity
+/// centres. Accelerations are those at the free accelerations a (nv; null: zeros). With null v only poses,
+/// gravity centres and twists are filled.
 template <class T>
 void update_kinematics(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
                        double t, const T* q, const T* v, const T* a, KinematicsOf<T>& kinematics);
@@ -180,9 +180,9 @@ inline void update_kinematics(const System& system, const Parameters& parameters
   update_kinematics<double>(system, parameters, parameters.inertials, t, q, v, nullptr, kinematics);
 }
 
-/// The second derivatives of body k's pose by the i-th and j-th coordinates of its support (positions in the
-/// support): d V_ki / dq_j, of the gravity centre, and d Omega_ki / dq_j. For a ball's components, whose
-/// velocities are not rates of coordinates, the derivative along the j-th unit velocity.
+/// Second derivatives of body k's pose by the i-th and j-th coordinates of its support: d V_ki / dq_j of the
+/// gravity centre, and d Omega_ki / dq_j. For a ball, whose velocities are not rates of coordinates: the
+/// derivative along the j-th unit velocity.
 struct SecondDerivative {
   Eigen::Vector3d v, w;
 };

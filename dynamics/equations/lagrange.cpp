@@ -12,7 +12,7 @@ using Eigen::Vector3;
 
 namespace {
 
-/// Zeros where the mass matrix may have entries: rows of each body's own coordinates over its support.
+/// Zeroes the possible entries of the mass matrix: rows of each body's own coordinates over its support.
 template <class T>
 void clear_mass_matrix(const System& system, RowsOf<T>& A) {
   const int* const all = system.branches().support.data();
@@ -43,7 +43,7 @@ void add_mass_matrix(const System& system, const Body& body, const T* D, const T
   }
 }
 
-/// Adds one body's virtual powers: those of its inertial forces to B, those of what acts on it to Q.
+/// Adds one body's virtual powers: of its inertial forces to B, of applied forces to Q.
 template <class T>
 void add_powers(const System& system, const Body& body, const T* D, const Vector3<T>& inertia_force,
                 const Vector3<T>& inertia_moment, const Vector3<T>& force, const Vector3<T>& moment,

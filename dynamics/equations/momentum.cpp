@@ -16,21 +16,20 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// Solids that hang together: trees that efforts or constraints join, and whether something joins them to the
-/// world.
+/// Trees joined by efforts or constraints, and whether something joins them to the world.
 struct Group {
   std::vector<int> roots;  ///< bodies whose parent is the world
   std::vector<int> bodies;
   bool tied = false;
 };
 
-/// How a root body's first switches let it move.
+/// Freedom of a root body by its first switches.
 struct Leading {
   Matrix3d translations = Matrix3d::Zero();  ///< projector on the free directions
   int translation_count = 0;
-  int turns = 0;  ///< of the switch after them: 0, 1 (about `axis`) or 3
+  int turns = 0;  ///< rotations of the next switch: 0, 1 (about `axis`) or 3
   Vector3d axis = Vector3d::Zero();
-  Vector3d point = Vector3d::Zero();  ///< where it turns, if it does not translate
+  Vector3d point = Vector3d::Zero();  ///< centre of rotation, if it does not translate
 };
 
 class Structure {
@@ -49,7 +48,7 @@ class Structure {
 
   std::vector<Group> groups() {
     std::vector<Group> groups;
-    std::vector<int> number(system_.bodies.size(), -1);  // of each leader's group
+    std::vector<int> number(system_.bodies.size(), -1);  // group number per set representative
     for (int b = 1; b < int(system_.bodies.size()); ++b) {
       int& of = number[sets_.find(b)];
       if (of < 0) {
@@ -67,10 +66,10 @@ class Structure {
   Leading leading(int root) const {
     Leading out;
     const Body& body = system_.bodies[root];
-    Pose X;  // while only translations at zero have been passed; what they add does not turn
+    Pose X;  // pose with all translations at zero; they do not rotate it
     for (int s = body.first_step; s < body.first_step + body.step_count; ++s) {
       const SwitchStep& step = system_.steps[s];
-      // (an armature leans on the world)
+      // (an armature reacts on the world)
       if (step.drive >= 0 || acted_on_.count(step.u) || parameters_.armatures[s] > 0) return out;
       X = X * parameters_.placements[s].X;
       const SwitchKind& kind = parameters_.kinds[s];
@@ -97,7 +96,7 @@ class Structure {
     int first = -1;
     bool tied = std::visit([]<class K>(const K&) { return LeansOnWorld<K>; }, kind);
     for (int i = action.first_site; i < action.first_site + action.site_count; ++i)
-      if (system_.sites[i].body <= 0) tied = true;  // the world, or no reaction given
+      if (system_.sites[i].body <= 0) tied = true;  // the world, or no reaction body
     for (int i = action.first_site; i < action.first_site + action.site_count; ++i) {
       const int body = system_.sites[i].body;
       if (body <= 0) continue;
@@ -120,11 +119,11 @@ class Structure {
   const Parameters& parameters_;
   JoinedSets sets_;
   std::vector<char> tied_;
-  std::set<int> acted_on_;  ///< velocities that an effort or constraint names
+  std::set<int> acted_on_;  ///< velocities on which an effort or constraint acts directly
 };
 
-/// A vector that is computed with number by number: what is read as it was written waits for no memory, as a
-/// pair of two numbers just written would.
+/// A vector computed number by number. Scalar loads of scalar stores do not stall, unlike pair loads of
+/// numbers just written.
 struct Numbers {
   double x = 0, y = 0, z = 0;
 
@@ -143,7 +142,7 @@ struct Numbers {
   }
 };
 
-/// What bodies have together.
+/// Sums over several bodies.
 struct Sums {
   double mass = 0;
   Numbers first, linear;  ///< mass times gravity centre, and times its velocity
@@ -159,7 +158,7 @@ int rank(const Matrix3d& projector) { return int(std::lround(projector.trace()))
 
 Matrix3d onto(const Vector3d& axis) { return axis * axis.transpose() / axis.squaredNorm(); }
 
-/// A lone tree's angular momentum, by how its root turns; false: none is conserved.
+/// Conserved angular momentum of a group, from the freedom of its root. False: none is conserved.
 bool find_angular(const Leading& leading, const Vector3d& gravity, ConservedMomentum& out) {
   const bool weightless = gravity.norm() == 0;
   if (leading.turns == 0) return false;
@@ -178,13 +177,13 @@ bool find_angular(const Leading& leading, const Vector3d& gravity, ConservedMome
   const Matrix3d across = leading.translations * (Matrix3d::Identity() - onto(axis));
   const bool along_only = across.norm() < 1e-9;
   out.directions = onto(axis);
-  if (along_only) {  // the axis stays in the world
+  if (along_only) {  // the axis is fixed in the world
     if (!weightless && gravity.cross(axis).norm() > 1e-12 * gravity.norm()) return false;
     out.about = ConservedMomentum::About::fixed_point;
     out.point = leading.point;
     return true;
   }
-  // free in the plane across the axis
+  // The root must translate freely in the plane perpendicular to the axis.
   if (rank(leading.translations) < 2 || across.norm() < std::sqrt(2.0) - 1e-9) return false;
   out.about = ConservedMomentum::About::gravity_centre;
   return true;
@@ -199,7 +198,7 @@ std::vector<ConservedMomentum> conserved_momenta(const System& system, const Par
     if (group.tied || group.roots.empty()) continue;
     const std::string of = fmt::format("of '{}'", system.solids[system.bodies[group.roots[0]].solids[0]]);
     Leading leading = structure.leading(group.roots[0]);
-    if (group.roots.size() > 1) {  // several trees: only if each floats freely
+    if (group.roots.size() > 1) {  // several trees: conserved only if each floats freely
       const bool floating = std::all_of(group.roots.begin(), group.roots.end(), [&](int root) {
         const Leading one = structure.leading(root);
         return rank(one.translations) == 3 && one.turns == 3;
@@ -232,7 +231,7 @@ const std::vector<Vector3d>& find_spins(const Parameters& parameters, Kinematics
   spins[0].setZero();
   for (std::size_t b = 1; b < count; ++b) {
     if (inertials[b].mass > 0) {
-      const Eigen::Matrix3d& R = bodies[b].X.R;  // to the body's axes and back
+      const Eigen::Matrix3d& R = bodies[b].X.R;  // the tensor is in the body's axes
       spins[b] = R * Vector3d(inertials[b].tensor * Vector3d(R.transpose() * bodies[b].w));
     } else {
       spins[b].setZero();
@@ -285,7 +284,7 @@ MomentumValue momentum_value(const ConservedMomentum& momentum, const Parameters
     const Numbers g = bodies[b].g, v = bodies[b].v, arm = g - point, own = spins[b],
                   orbital = mass * cross(arm, v - drift);
     angular = angular + (orbital + own);
-    const double reach =  // the longest of three, squared
+    const double reach =  // squared, the longest of three distances
         std::max({g.squared_norm(), arm.squared_norm(), inertials[b].centre.squaredNorm()});
     const double turning = own.norm();
     rounding += 1e-12 * (mass * std::sqrt(reach * v.squared_norm()) + turning);

@@ -204,7 +204,7 @@ void ConstraintPass<T>::residual(int r, const T& h, const T& partial_rate, const
     rows_.E[row] += bias;
 }
 
-/// From the first to the last column that along, about and coordinate may write of.
+/// Range of the columns that along, about and coordinate may write.
 template <class T>
 auto ConstraintPass<T>::clear() -> Columns {
   const Action& action = *this->action_;
@@ -227,7 +227,7 @@ auto ConstraintPass<T>::clear() -> Columns {
   return last < 0 ? Columns{0, 0} : Columns{first, last + 1 - first};
 }
 
-/// The rows of the constraint that `scan` has turned to, with their rates.
+/// Rows and rates of the constraint to which the pass is turned.
 template <class T>
 void find_rows(ConstraintPass<T>& pass, const Action& action, const ConstraintKind& kind,
                const KinematicsOf<T>& kinematics, ConstraintRowsOf<T>& rows) {
@@ -238,7 +238,7 @@ void find_rows(ConstraintPass<T>& pass, const Action& action, const ConstraintKi
     rows.rate[r] = rows.L.row(r).segment(first, count).dot(u) + rows.partial_rate[r];
 }
 
-/// Empties the rows that contact i does not hold in its mode.
+/// Clears the rows that contact i does not use in its mode.
 template <class T>
 void mask_contact(const System& system, int i, ConstraintRowsOf<T>& rows) {
   const Contact& contact = system.contacts[i];
@@ -252,7 +252,7 @@ void mask_contact(const System& system, int i, ConstraintRowsOf<T>& rows) {
     rows.slip.row(i) = along[0] * rows.L.row(contact.row + 1) + along[1] * rows.L.row(contact.row + 2);
   }
   const int kept = mode.touch == Touch::sliding ? 1 : 0;
-  if (kept == 0 && rows.degenerate == contact.row) rows.degenerate = -1;  // asks for no direction
+  if (kept == 0 && rows.degenerate == contact.row) rows.degenerate = -1;  // open: needs no direction
   for (int r = contact.row + kept; r < contact.row + (contact.tangents ? 3 : 1); ++r) {
     rows.L.row(r).setZero();
     rows.E[r] = rows.h[r] = rows.rate[r] = rows.partial_rate[r] = T(0);

@@ -1,6 +1,5 @@
-// What efforts and constraints see of the moving solids, and where they leave their sums. The engine makes
-// one pass per evaluation and points it at each effort or constraint in turn; sites are numbered in the order
-// of the kind's fields.
+// Interface of efforts and constraints to the moving solids and to their sums. One pass serves an evaluation
+// and is turned to each effort or constraint in turn. Sites are numbered in the order of the kind's fields.
 #pragma once
 
 #include <array>
@@ -10,7 +9,7 @@
 
 namespace borelli {
 
-/// A point fixed in a solid: where it is and its velocity; world axes, m, m/s.
+/// Position and velocity of a point fixed in a solid; world axes, m, m/s.
 template <class T>
 struct MovingPoint {
   Eigen::Vector3<T> p, v;
@@ -26,7 +25,7 @@ class SiteReader {
   void turn_to(const Action& action) { action_ = &action; }
 
   double time() const { return kinematics_.t; }
-  /// Whether an optional site is given.
+  /// Whether an optional site was given.
   bool given(int site) const { return at_site(site).body >= 0; }
   /// X_WS of the solid at a site.
   PoseOf<T> frame(int site) const {
@@ -41,19 +40,19 @@ class SiteReader {
     const Eigen::Vector3<T> p_W = kinematics_.bodies[s.body].X * p_B;
     return {p_W, velocity(site, p_W)};
   }
-  /// The velocity of the point of the solid at a site that is at p_W now.
+  /// Velocity of the point of a site's solid that is now at p_W.
   Eigen::Vector3<T> velocity(int site, const Eigen::Vector3<T>& p_W) const {
     const BodyMotionOf<T>& body = kinematics_.bodies[at_site(site).body];
     const Eigen::Vector3<T> r = p_W - body.g, &w = body.w;
-    // (number by number: a product written so and read by pairs has to wait for memory)
+    // (number by number: a vector product stored in pairs would stall the scalar loads)
     return {body.v[0] + (w[1] * r[2] - w[2] * r[1]), body.v[1] + (w[2] * r[0] - w[0] * r[2]),
             body.v[2] + (w[0] * r[1] - w[1] * r[0])};
   }
   Eigen::Vector3<T> angular_velocity(int site) const { return kinematics_.bodies[at_site(site).body].w; }
-  /// Of a scalar coordinate. (One that is locked stays where it is.)
+  /// Position and rate of a scalar coordinate. (A locked one keeps its value.)
   T position(int coordinate) const;
   T rate(int coordinate) const;
-  /// Of a ball: its quaternion, and its angular velocity in its own axes.
+  /// A ball's quaternion, and its angular velocity in its own axes.
   QuaternionOf<T> turn(int coordinate) const;
   Eigen::Vector3<T> turn_rate(int coordinate) const;
 
@@ -69,15 +68,15 @@ class SiteReader {
   const Action* action_ = nullptr;
 };
 
-/// The efforts of one instant, added up: per body a force through its gravity centre and a moment about it.
+/// Sums of the efforts at one instant: per body, a force through its gravity centre and a moment about it.
 template <class T>
 struct EffortSumsOf {
   explicit EffortSumsOf(const System& system);
   std::vector<Eigen::Vector3<T>> force, moment;    ///< world axes, N, N m
-  Eigen::VectorX<T> coordinate;                    ///< extended generalized efforts given directly
+  Eigen::VectorX<T> coordinate;                    ///< generalised forces applied directly, extended
   T potential = 0;                                 ///< J, of springs
-  T power = 0;                                     ///< W, of what has no potential
-  Eigen::VectorX<T> group_potential, group_power;  ///< the same of each independent group
+  T power = 0;                                     ///< W, of efforts without a potential
+  Eigen::VectorX<T> group_potential, group_power;  ///< the same per independent group
 };
 using EffortSums = EffortSumsOf<double>;
 
@@ -88,7 +87,7 @@ class EffortPass : public SiteReader<T> {
              EffortSumsOf<T>& sums)
       : SiteReader<T>(system, parameters, kinematics), sums_(sums) {}
 
-  /// A force at the point of the solid at a site that is at p_W now; world axes, N.
+  /// Applies a force f to the point of a site's solid that is now at p_W; world axes, N.
   void force(int site, const Eigen::Vector3<T>& p_W, const Eigen::Vector3<T>& f);
   void torque(int site, const Eigen::Vector3<T>& m);
   void coordinate(int i, const T& effort);
@@ -114,26 +113,28 @@ struct ConstraintRowsOf {
   explicit ConstraintRowsOf(const System& system);
   RowsOf<T> L;                                 ///< rows x size
   Eigen::VectorX<T> E, h, rate, partial_rate;  ///< rows
-  int degenerate = -1;                         ///< a row that has no direction at this state; -1: none
+  int degenerate = -1;                         ///< row without a direction at this state; -1: none
   Eigen::VectorXd
-      speed;  ///< rows: of a gap between what is long, how fast any two points of it may meet, m/s
+      speed;  ///< per row, of a gap between long shapes: bound on the approach speed of any two of their
+              ///< points, m/s
 
-  /// Per contact of the system. Rows that do not hold in its mode are empty: no direction, no value.
+  /// Mode of each contact. Rows that its mode does not use are empty: no direction, no value.
   std::vector<ContactMode> modes;
-  /// Per contact that slides: its slip's direction as a row (contacts x size), and along its two rows.
+  /// Per sliding contact: slip direction as a row (contacts x size), and its components along the two
+  /// tangential rows.
   RowsOf<T> slip;
   std::vector<std::array<T, 2>> slip_along;
-  /// As where no row holds.
+  /// Clears everything, for a state without active rows.
   void empty();
-  bool every_row = false;  ///< keep the rows of all contacts, whatever their mode
-  /// How much a scan finds. Of `rates` and `values`: L and E stay as they are, poses and velocities of bodies
-  /// are enough, and rows across contacts with planes are left out.
+  bool every_row = false;  ///< keep the rows of all contacts in every mode
+  /// What a scan fills. `rates` and `values` leave L and E unchanged, need only poses and velocities of
+  /// bodies, and skip tangential rows of contacts with planes.
   enum class Detail { rows, rates, values } detail = Detail::rows;
-  /// Per constraint, for scans of rates and values: whether it is left as it stands, its rates zero (see
-  /// far_pairs.hpp). Empty: none is.
+  /// Per constraint, for scans of rates and values: skip it and leave its values unchanged, its rates zero
+  /// (see far_pairs.hpp). Empty: skip none.
   std::vector<char> far;
 
-  /// If set, the scan also adds to `bodies` what these multipliers do on the bodies along the rows.
+  /// If set, the scan also adds the forces of these multipliers on the bodies to `bodies`.
   struct Loads {
     const Eigen::VectorXd* multipliers = nullptr;
     EffortSumsOf<T>* bodies = nullptr;
@@ -145,7 +146,7 @@ struct ConstraintRowsOf {
     Eigen::VectorXd at, moved;
     FunctionDerivatives h, ahead, behind;
   };
-  std::vector<FunctionScratch> functions;  ///< per constraint, sized for those that are functions
+  std::vector<FunctionScratch> functions;  ///< per constraint; sized only for function constraints
 };
 using ConstraintRows = ConstraintRowsOf<double>;
 
@@ -156,29 +157,29 @@ class ConstraintPass : public SiteReader<T> {
                  ConstraintRowsOf<T>& rows)
       : SiteReader<T>(system, parameters, kinematics), rows_(rows) {}
 
-  /// Columns of L, one after the other.
+  /// A range of columns of L.
   struct Columns {
     int first, count;
   };
-  /// Empties the constraint's rows of L where they can have entries, and tells where that is.
+  /// Zeroes the constraint's rows of L where they can have entries, and returns that range.
   Columns clear();
-  /// dh/dt of row r contains f . (velocity of the solid's point at p_W).
+  /// Adds f . (velocity of the solid's point at p_W) to dh/dt of row r.
   void along(int r, int site, const Eigen::Vector3<T>& p_W, const Eigen::Vector3<T>& f) {
     along_each<1>(r, site, p_W, f);
   }
-  /// The same of row r and those behind it, with the columns of f.
+  /// The same for row r and the following ones, one per column of f.
   template <int N>
   void along_each(int r, int site, const Eigen::Vector3<T>& p_W, const Eigen::Matrix<T, 3, N>& f);
-  /// dh/dt of row r contains m . (angular velocity of the solid).
+  /// Adds m . (angular velocity of the solid) to dh/dt of row r.
   void about(int r, int site, const Eigen::Vector3<T>& m);
-  /// dh/dt of row r contains c times the coordinate's rate.
+  /// Adds c times the coordinate's rate to dh/dt of row r.
   void coordinate(int r, int i, const T& c);
-  /// The value of row r, its partial derivative by time, and what its second derivative holds beside the
+  /// Sets the value h of row r and its partial derivative by time. `bias`: the part of d2h/dt2 beyond the
   /// accelerations of the points, solids and coordinates named above.
   void residual(int r, const T& h, const T& partial_rate, const T& bias);
-  /// Row r is a gap between things whose nearest points may soon be others, which meet no faster than that.
+  /// Row r is a gap whose nearest points may change soon; its points approach no faster than `fastest`, m/s.
   void speed(int r, double fastest) { rows_.speed[this->action_->first_row + r] = fastest; }
-  /// Row r has no direction at this state.
+  /// Marks row r as having no direction at this state.
   void degenerate(int r) { rows_.degenerate = this->action_->first_row + r; }
   using Detail = typename ConstraintRowsOf<T>::Detail;
   Detail detail() const { return rows_.detail; }
@@ -188,7 +189,7 @@ class ConstraintPass : public SiteReader<T> {
   ConstraintRowsOf<T>& rows_;
 };
 
-/// The linear scans of the paper over efforts and over constraints.
+/// The paper's linear scans over efforts and over constraints.
 template <class T>
 void scan_efforts(const System& system, const Parameters& parameters, const KinematicsOf<T>& kinematics,
                   EffortSumsOf<T>& sums);
@@ -196,7 +197,7 @@ template <class T>
 void scan_constraints(const System& system, const Parameters& parameters, const KinematicsOf<T>& kinematics,
                       ConstraintRowsOf<T>& rows);
 
-/// The rows of one constraint alone, whatever the modes of its contacts.
+/// Fills the rows of one constraint, in every contact mode.
 void scan_constraint(const System& system, const Parameters& parameters, const Kinematics& kinematics,
                      int constraint, ConstraintRows& rows);
 

@@ -1,5 +1,5 @@
-// A body that carries nothing, held by a ball at its frame's origin: what the ball leaves of it is the same
-// in the body's own axes, however it turns, and so found once.
+// A pendant: a body that carries nothing, on a ball at its frame's origin. Its articulated inertia after
+// eliminating the ball is constant in the body's own axes, and so computed once.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,18 +10,18 @@
 
 namespace borelli {
 
-/// Of a tensor that a ball is to turn at once: det I / (tr I)^3, which is 1/27 at most. By inverting a
-/// thinner one digits are lost.
+/// Least roundness det I / (tr I)^3 (1/27 for a sphere) of a tensor that is inverted at once. Inverting a
+/// thinner one loses digits.
 inline constexpr double least_roundness = 1e-5;
 
-/// In the body's axes, about its frame's origin; SI. A force on the origin meets
-/// mass - yields[0] yields[0]^T - yields[1] yields[1]^T, since the body turns.
+/// In the body's axes, about its frame's origin; SI. Because the body turns, a force on the origin meets only
+/// the mass matrix mass 1 - yields[0] yields[0]^T - yields[1] yields[1]^T.
 template <class T>
 struct PendantOf {
-  Symmetric3<T> I, inverse;                         ///< of inertia
+  Symmetric3<T> I, inverse;                         ///< tensor and its inverse
   Eigen::Vector3<T> h = Eigen::Vector3<T>::Zero();  ///< mass times gravity centre
   Eigen::Vector3<T> yields[2] = {Eigen::Vector3<T>::Zero(), Eigen::Vector3<T>::Zero()};
-  T roundness = 0;  ///< of I; the rest is known where it is more than the least
+  T roundness = 0;  ///< det I / (tr I)^3; `inverse` and `yields` are valid if it exceeds least_roundness
 };
 
 inline PendantOf<double> find_pendant(const Inertial& inertial) {
@@ -39,7 +39,7 @@ inline PendantOf<double> find_pendant(const Inertial& inertial) {
   if (!(out.roundness > least_roundness)) return out;
   const Eigen::Matrix3d inverse = minors / determinant;
   out.inverse = Symmetric3<double>::upper_of(inverse);
-  // [h]x^T I^-1 [h]x is of rank two at most, since [h]x h = 0: twice what its greatest column makes of it
+  // [h]x^T I^-1 [h]x has rank two at most, since [h]x h = 0: two steps of pivoted Cholesky factor it.
   Eigen::Matrix3d H;
   H << 0, -out.h[2], out.h[1], out.h[2], 0, -out.h[0], -out.h[1], out.h[0], 0;
   Eigen::Matrix3d left = H.transpose() * inverse * H;
@@ -53,7 +53,7 @@ inline PendantOf<double> find_pendant(const Inertial& inertial) {
   return out;
 }
 
-/// One of those side by side.
+/// Sets one lane.
 template <class T>
 void set_lane(int lane, const PendantOf<double>& from, PendantOf<T>& to) {
   const auto set = [&](const Symmetric3<double>& a, Symmetric3<T>& b) {

@@ -13,9 +13,9 @@ using Eigen::Vector3d;
 
 namespace {
 
-// Where unit rows are dependent: as in ConstraintSolver::rank_tolerance.
+// Rank tolerance for unit rows, as ConstraintSolver::rank_tolerance.
 constexpr double dependence = 1e-8;
-// A self-stress of unit multipliers that loads a joint by less is rounding, N or N m.
+// Self-stress of unit multipliers that loads a joint by less is rounding, N or N m.
 constexpr double no_load = 1e-9;
 
 void add_at(const Wrench<double>& wrench, const Vector3d& arm, Wrench<double>& to) {
@@ -49,7 +49,7 @@ Reactions::Reactions(System system)
   rows_.every_row = true;
 }
 
-/// Puts on the bodies what the constraints do with these multipliers.
+/// Adds the constraint forces of these multipliers to the efforts on the bodies.
 void Reactions::load(const Eigen::VectorXd& multipliers) {
   if (system_->rows == 0) return;
   rows_.loads = {&multipliers, &efforts_};
@@ -57,7 +57,7 @@ void Reactions::load(const Eigen::VectorXd& multipliers) {
   rows_.loads = {};
 }
 
-/// From the tips inwards: what each body needs beside what acts on it.
+/// From the leaves to the root: the wrench that each body needs from its parent.
 void Reactions::find_wrenches() {
   const System& s = *system_;
   for (std::size_t b = 1; b < s.bodies.size(); ++b)
@@ -97,8 +97,8 @@ std::vector<JointReaction> Reactions::at(const State& state, const Eigen::Vector
   return out;
 }
 
-/// Loads of the constraints that balance each other (L^T z = 0) could be added: joints that they go through
-/// have no unique reaction.
+/// Finds self-stresses, constraint loads that balance each other (L^T z = 0). A joint that such a load passes
+/// through has no unique reaction.
 void Reactions::find_unique(const std::vector<Touch>& touches, std::vector<JointReaction>& out) {
   const System& s = *system_;
   std::vector<char> holds(std::size_t(s.rows), 1);

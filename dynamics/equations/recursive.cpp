@@ -1,4 +1,4 @@
-// Vectors of three numbers are written one by one (see articulated.cpp).
+// Vectors of three are stored number by number (see articulated.cpp).
 #define EIGEN_UNALIGNED_VECTORIZE 0
 #include "dynamics/equations/recursive.hpp"
 
@@ -16,13 +16,13 @@ using Eigen::Vector3;
 
 namespace {
 
-/// Whether the frame after a step has its origin where the one before it has.
+/// Whether a step keeps the origin of the frame.
 template <class Kind>
 bool stays(const Parameters& parameters, int step) {
   return !Kind::slides && parameters.placements[step].form == Placement::Form::identity;
 }
 
-/// From the origin of the frame before a step, which is not the world's, to that after it.
+/// Vector from the origin before a step to that after it. The step must not begin at the world.
 template <class T>
 Vector3<T> arm(const System& system, const KinematicsOf<T>& k, const RecursionOf<T>& recursion, int s) {
   return k.origin(system.steps[s].u) - k.origin(system.steps[recursion.before[s]].u);
@@ -45,8 +45,8 @@ T power(const KinematicsOf<T>& k, int u, const Wrench<T>& wrench) {
     return k.angular(u).dot(wrench.n) + k.linear(u).dot(wrench.f);
 }
 
-/// Takes a composite to an origin that is -r away: its tensor grows by r.(h + h') 1 - h r^T - r h'^T, h and
-/// h' the first moments before and after.
+/// Moves a composite's origin by -r. Its tensor grows by r.(h + h') 1 - h r^T - r h'^T, with h and h' the
+/// first moments before and after.
 template <class T>
 void move(const Vector3<T>& r, CompositeBody<T>& body) {
   const Vector3<T> h = body.first, to = h + body.mass * r, sum = h + to;
@@ -59,7 +59,7 @@ void move(const Vector3<T>& r, CompositeBody<T>& body) {
   body.first = to;
 }
 
-/// What is computed at once along a row of A: for one state, several of its entries.
+/// Entries of a row of A computed at once: several for one state, one per lane for lanes.
 template <class T>
 struct EntriesOf {
   using Type = T;
@@ -77,7 +77,7 @@ struct EntriesOf<double> {
   static double get(const Quad& entries, int i) { return entries[i]; }
 };
 
-/// Three numbers of the twists of coordinate u and those after it, from column c on.
+/// Numbers c to c + 2 of the twists of coordinate u and the following ones.
 template <class T>
 Vector3<typename EntriesOf<T>::Type> packs(const KinematicsOf<T>& k, int u, int c) {
   using Entries = EntriesOf<T>;
@@ -129,7 +129,7 @@ void find_own_forces_of(const System& system, const Parameters& parameters, cons
   terms.group_potential = efforts.group_potential;
   for (std::size_t b = 1; b < system.bodies.size(); ++b) {
     const Body& body = system.bodies[b];
-    if (!body.touched) continue;  // as it was made: without mass and force
+    if (!body.touched) continue;  // zero since construction
     const BodyMotionOf<T>& m = kinematics.bodies[b];
     Wrench<T>& inertia = recursion.inertia[b];
     Wrench<T>& applied = recursion.applied[b];
@@ -137,7 +137,7 @@ void find_own_forces_of(const System& system, const Parameters& parameters, cons
     const Vector3<T> d = m.g - m.X.p;
     if (body.massive) {
       const auto& inertial = inertials[b];
-      const Matrix3<T>& R = m.X.R;  // moments in the body's axes, where its tensor is given
+      const Matrix3<T>& R = m.X.R;  // moments in the body's axes, in which the tensor is given
       const Vector3<T> w = R.transpose() * m.w, wdot = R.transpose() * m.wdot;
       const Vector3<T> momentum = inertial.tensor * w;
       const Vector3<T> moment = inertial.tensor * wdot + w.cross(momentum);
@@ -186,8 +186,8 @@ void find_efforts_of(const System& system, const Parameters& parameters, const K
   add_armature_to_bias(system, parameters, kinematics, terms);
 }
 
-/// What unit accelerations of a step's coordinates ask for, at its origin: per component of moment and force,
-/// one number per coordinate.
+/// Wrenches that unit accelerations of a step's coordinates need, at its origin: per component of moment and
+/// force, one number per coordinate.
 template <class Kind, class T>
 struct Asked {
   static constexpr int room =
@@ -225,8 +225,8 @@ Asked<Kind, T> ask(const KinematicsOf<T>& k, int u, const CompositeBody<T>& comp
   return out;
 }
 
-/// The rows of a step: the powers of what its coordinates ask for along the unit twists of all those before
-/// them on the chain, and their own.
+/// Rows of A of a step: powers of its wrenches along the unit twists of all coordinates before it on the
+/// chain, and its own.
 template <class Kind, class T>
 void find_rows(const KinematicsOf<T>& k, int u, const Asked<Kind, T>& asked,
                std::span<const typename RecursionOf<T>::Columns> chain, RowsOf<T>& A) {
@@ -238,7 +238,7 @@ void find_rows(const KinematicsOf<T>& k, int u, const Asked<Kind, T>& asked,
   const Eigen::Index height = k.twists.rows(), width = A.cols();
   for (const auto& columns : chain)
     for (int begin = 0; begin < columns.count; begin += Entries::count) {
-      // the last ones of many overlap those before them
+      // the last pack overlaps the one before
       const int first = columns.first + std::max(0, std::min(begin, columns.count - Entries::count));
       const int count = std::min(Entries::count, columns.count);
       const auto twist = [&, from = twists + first](int c) { return Entries::load(from + c * height); };
@@ -255,7 +255,7 @@ void find_rows(const KinematicsOf<T>& k, int u, const Asked<Kind, T>& asked,
         entries[i] += v[1] * asked.force[1][i];
         entries[i] += v[2] * asked.force[2][i];
       }
-      if (first >= u + Kind::nv) [[unlikely]] {  // drives that carry it
+      if (first >= u + Kind::nv) [[unlikely]] {  // driven coordinates that carry this step
         for (int i = 0; i < Kind::nv; ++i)
           for (int e = 0; e < count; ++e) A(first + e, u + i) = Entries::get(entries[i], e);
       } else if (count == Entries::count) {
@@ -267,7 +267,7 @@ void find_rows(const KinematicsOf<T>& k, int u, const Asked<Kind, T>& asked,
     }
 }
 
-/// A body by itself, about its frame's origin.
+/// One rigid body about its frame's origin.
 template <class T, class Inertia>
 CompositeBody<T> alone(const Inertia& inertial, const BodyMotionOf<T>& m) {
   const Vector3<T> d = m.g - m.X.p;
@@ -290,8 +290,8 @@ template <class T>
 void find_mass_matrix_of(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
                          const KinematicsOf<T>& kinematics, RecursionOf<T>& recursion,
                          LagrangeTermsOf<T>& terms) {
-  CompositeBody<T> composite;  // of the body at work
-  bool felt = false;           // it holds a child of that body already: the one before
+  CompositeBody<T> composite;  // composite of the current body
+  bool felt = false;           // it already holds a child, the body of the previous iteration
   for (int b = int(system.bodies.size()) - 1; b > 0; --b) {
     const Body& body = system.bodies[b];
     if (recursion.carries[b]) {
@@ -336,7 +336,7 @@ void find_mass_matrix_of(const System& system, const Parameters& parameters, con
   add_armature_to_mass_matrix(system, parameters, terms);
 }
 
-// Over numbers themselves everything is inlined, and compiled for several processors.
+// For double everything is inlined and compiled for several processors.
 BORELLI_INLINED_FOR_PROCESSOR
 void find_own_forces_of_numbers(const System& system, const Parameters& parameters,
                                 const InertialsOf<double>& inertials, const Kinematics& kinematics,

@@ -13,8 +13,8 @@ namespace borelli {
 
 namespace {
 
-// of the square of what is left of the farthest row: near a singular position little is left of many rows,
-// which would all be tied to each other if they came last
+// Least remainder of a candidate, relative to the largest squared remainder. It is small because near a
+// singular position many rows have small remainders; left to the end, they would all be coupled.
 constexpr double far_enough = 1e-6;
 
 constexpr double no_claim = -std::numeric_limits<double>::infinity();
@@ -66,17 +66,17 @@ SparseRows::SparseRows(const System& system)
     }
   }
   numbers_.assign(numbers, 0.0);
-  // (with contacts when they are first asked for: methods that leave these out have many rows without use)
+  // (With contacts this waits for first use: methods that handle contacts themselves never need it.)
   if (system.contacts.empty()) find_neighbours();
   first_entry_.reserve(system.rows + 1);
-  entries_.reserve(std::size_t(system.rows) * std::min(system.rows, 64));  // more than most factors have
+  entries_.reserve(std::size_t(system.rows) * std::min(system.rows, 64));  // more than most factors need
 }
 
 void SparseRows::find_neighbours() {
-  std::vector<std::vector<int>> users(spread_.size());  // of each column: constraints
+  std::vector<std::vector<int>> users(spread_.size());  // per column: the constraints that use it
   for (int c = 0; c < int(ranges_.size()); ++c)
     for (int i = 0; i < ranges_[c].count; ++i) users[columns_[ranges_[c].first + i]].push_back(c);
-  std::vector<int> marked(ranges_.size(), -1);  // by which of them last
+  std::vector<int> marked(ranges_.size(), -1);  // last constraint that marked it
   for (int c = 0; c < int(ranges_.size()); ++c) {
     first_neighbour_.push_back(int(neighbours_.size()));
     neighbours_.push_back(c);
@@ -151,7 +151,7 @@ void SparseRows::multiply(bool ordered) {
 
 namespace {
 
-/// The greatest of n numbers that are above `least`; else that.
+/// The greatest of n numbers and `least`.
 BORELLI_INLINED_FOR_PROCESSOR
 double greatest_of(const double* x, int n, double least) {
   constexpr int width = 8;
@@ -167,7 +167,7 @@ double greatest_of(const double* x, int n, double least) {
 }  // namespace
 
 void SparseRows::make_claim(int row) {
-  // (what is left of a unit row is 1 at most)
+  // (A unit row's remainder is 1 at most, so the degree dominates.)
   claim_[row] = left_[row] >= enough_ ? left_[row] - 2 * degree_[row] : no_claim;
   blocks_[row / Block::rows].known = false;
 }
@@ -188,7 +188,7 @@ double SparseRows::greatest_claim() {
 
 int SparseRows::next() {
   double claim = greatest_claim();
-  if (claim == no_claim) {  // what is left of any falls only: it need not be looked at before
+  if (claim == no_claim) {  // remainders only fall, so enough_ is renewed only when no candidate is left
     const double most = greatest_of(left_.data(), int(left_.size()), gone);
     if (most == gone) return -1;
     enough_ = most > 0 ? far_enough * most : most;
@@ -227,12 +227,12 @@ void SparseRows::eliminate(int row) {
     left_[i] -= c * c;
     double* const products = products_.row(i).data();
     std::uint64_t* const of_i = relatives_.data() + i * words_;
-    of_i[i / 64] |= std::uint64_t(1) << (i % 64);  // (it is in `own`, too)
+    of_i[i / 64] |= std::uint64_t(1) << (i % 64);  // (temporarily, because `own` contains it too)
     for (int w = first_word; w <= last_word; ++w)
       for (std::uint64_t fresh = own[w] & ~of_i[w]; fresh; fresh &= fresh - 1) {
         const int j = w * 64 + std::countr_zero(fresh);
         ++degree_[i];
-        if (j > i) products[j] = 0;  // what has had no product with it begins at zero
+        if (j > i) products[j] = 0;  // a new product begins at zero
       }
     for (int w = first_word; w <= last_word; ++w) of_i[w] |= own[w];
     of_i[i / 64] &= ~(std::uint64_t(1) << (i % 64));

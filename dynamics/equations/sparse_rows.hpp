@@ -1,9 +1,8 @@
-// Rows over the few columns that they can have entries in, and the factor of their Gram matrix, W W^T = R
-// R^T, by Cholesky's elimination in any order: for many loops, each tied to its neighbours only, as good as
-// linear in their number, in the order that next() finds.
+// Sparse rows, and the Cholesky factor of their Gram matrix, W W^T = R R^T, with any pivot order. For many
+// loops, each tied only to its neighbours, the order of next() makes the cost nearly linear in their number.
 //
-// What is left of a row's square shows its distance from those before it, to rounding over that square: so
-// near dependence others must decide (ConstraintSolver).
+// The remaining square of a row shows its distance from those before it, but only to rounding of the full
+// square. Near dependence another method must decide (ConstraintSolver).
 #pragma once
 
 #include <cstdint>
@@ -18,34 +17,34 @@ class SparseRows {
  public:
   explicit SparseRows(const System& system);
 
-  /// The free columns that row r can have entries in, ascending, with those before them on their branches.
+  /// The free columns in which row r can have entries, ascending, with their ancestors on the branches.
   std::span<const int> columns(int r) const {
     const Range& range = ranges_[constraint_[r]];
     return {columns_.data() + range.first, std::size_t(range.count)};
   }
-  /// Row r's numbers in these columns: to be written whole, or cleared, before the rows are used.
+  /// Row r's numbers in these columns. Write them all, or clear the row, before use.
   double* row(int r) { return numbers_.data() + first_[r]; }
   void clear(int r);
-  /// Row r <- F^-T times it (branch_sparse.hpp).
+  /// Row r <- F^-T (row r) (branch_sparse.hpp).
   void measure(const System& system, const Rows& F, int r);
 
   double dot(int r, const double* x) const;  ///< row r . x; x: nv numbers
-  /// The same of another matrix's row r, which has entries in these columns only.
+  /// The same for row r of L, which has entries in these columns only.
   double dot(const Rows& L, int r, const double* x) const;
   void add_to(double* x, double factor, int r) const;  ///< x += factor times row r
 
-  /// Begins the factor: the Gram matrix. `ordered`: by next().
+  /// Computes the Gram matrix and begins the factor. `ordered`: next() chooses the order.
   void multiply(bool ordered);
-  /// The square of what is left of row r beside those eliminated; of a row eliminated: `gone`.
+  /// Squared distance of row r from the eliminated rows; `gone` for an eliminated row.
   double left(int r) const { return left_[r]; }
   static constexpr double gone = -1;
-  /// Of rows of length 1 at most, and of those of which most is left, to a millionth of its square, one that
-  /// changes the fewest others (Markowitz, Management Science 3, 1957); of these the farthest, of rows
-  /// equally far, to 1e-6, the first. -1: of none is it a number.
+  /// The next pivot row. Candidates keep at least a millionth of the largest remaining square. Takes one that
+  /// changes the fewest other rows (Markowitz, Management Science 3, 1957), then the farthest, then, within
+  /// 1e-6, the first. -1: no row has a valid remainder. Rows must have length 1 at most.
   int next();
-  /// Makes a row, of which something is left, the next of the factor.
+  /// Eliminates a row with a positive remainder as the next of the factor.
   void eliminate(int row);
-  /// A column of R: its row itself first, then those eliminated later or never.
+  /// A column of R: the pivot row first, then rows eliminated later or never.
   struct Entry {
     int row;
     double value;
@@ -53,7 +52,7 @@ class SparseRows {
   std::span<const Entry> column(int k) const {
     return {entries_.data() + first_entry_[k], std::size_t(first_entry_[k + 1] - first_entry_[k])};
   }
-  /// b <- R^-1 b and b <- R^-T b over the rows eliminated; b by rows.
+  /// b <- R^-1 b and b <- R^-T b over the eliminated rows; b is indexed by row.
   void solve_lower(double* b) const;
   void solve_upper(double* b) const;
 
@@ -62,7 +61,7 @@ class SparseRows {
     int first = 0, count = 0;
   };
 
-  /// So many rows one after the other, and the greatest of their claims.
+  /// A block of consecutive rows and the greatest of their claims.
   struct Block {
     static constexpr int rows = 64;
     bool known = false;
@@ -74,19 +73,19 @@ class SparseRows {
   void make_claim(int row);
   double greatest_claim();
 
-  std::vector<int> constraint_, first_;  ///< of each row; where its numbers begin
-  std::vector<Range> ranges_;            ///< of each constraint: its columns, and its rows
+  std::vector<int> constraint_, first_;  ///< per row: its constraint; offset of its numbers
+  std::vector<Range> ranges_;            ///< per constraint: its columns (ranges_) and rows (rows_)
   std::vector<Range> rows_;
   std::vector<int> columns_, first_neighbour_,
-      neighbours_;                        ///< constraints that share a column: itself, later ones
-  std::vector<double> numbers_, spread_;  ///< (spread_: nv zeros)
+      neighbours_;                        ///< per constraint, those that share a column: itself, later ones
+  std::vector<double> numbers_, spread_;  ///< spread_: nv numbers, zero between uses
   int words_;
-  Rows products_;                         ///< rows x rows, of a row with later ones, where related
-  std::vector<std::uint64_t> relatives_;  ///< words_ per row: which rows have a product with it
-  std::vector<int> degree_;               ///< of each row: how many these are
+  Rows products_;                         ///< rows x rows: products of a row with later related ones
+  std::vector<std::uint64_t> relatives_;  ///< bit mask, words_ per row: rows with a nonzero product
+  std::vector<int> degree_;               ///< per row: number of these
   std::vector<double> left_;
-  std::vector<double> claim_;  ///< of each row to be the next: the greater, the fewer it changes, and the
-                               ///< more is left of it; none where that is not enough_
+  std::vector<double> claim_;  ///< per row, its rank as next pivot: greater for fewer changed rows, then for
+                               ///< a larger remainder; no claim below enough_
   std::vector<Block> blocks_;
   double enough_ = 0;
   bool ordered_ = true;

@@ -1,5 +1,5 @@
-// Bodies that each turn alone about an axis at rest: the equation of a pendulum is all they need. As many at
-// once as there are lanes (articulated_side.hpp).
+// Bodies that each turn alone on a hinge fixed in the world: the pendulum equation replaces the articulated
+// bodies. One body per lane (articulated_side.hpp).
 #pragma once
 
 #include "dynamics/numbers/changes.hpp"
@@ -7,14 +7,14 @@
 
 namespace borelli {
 
-/// Of a body that turns about an axis at rest by q, what does not change with q: its acceleration is
-/// (cosine sin q - sine cos q + effort) / meets. SI.
+/// Constants of a body that turns by q about an axis fixed in the world. Its acceleration is (cosine sin q -
+/// sine cos q + effort) / meets. SI.
 template <class T>
 struct PendulumOf {
   T inertia;       ///< about the axis, kg m^2
-  T meets;         ///< that and the rotor's
-  T cosine, sine;  ///< potential energy: a constant + cosine cos q + sine sin q, J
-  bool sound;      ///< else (in some lane) it meets no inertia to speak of
+  T meets;         ///< inertia plus armature
+  T cosine, sine;  ///< potential energy: constant + cosine cos q + sine sin q, J
+  bool sound;      ///< false: in some lane `meets` is negligible
 };
 
 /// `axis` (of unit length) and `gravity` in the axes of the body's frame at q = 0.
@@ -26,7 +26,7 @@ PendulumOf<T> find_pendulum(const Eigen::Vector3d& axis, const Eigen::Vector3d& 
   };
   const T mass = inertial.mass;
   const Eigen::Vector3<T>& c = inertial.centre;
-  // the gravity centre as it turns: still + cos q aside + sin q ahead, about the axis
+  // gravity centre: fixed part + cos q (radial vector) + sin q ahead, about the axis
   const Eigen::Vector3<T> ahead(axis[1] * c[2] - axis[2] * c[1], axis[2] * c[0] - axis[0] * c[2],
                                 axis[0] * c[1] - axis[1] * c[0]);
   PendulumOf<T> out;
@@ -36,7 +36,7 @@ PendulumOf<T> find_pendulum(const Eigen::Vector3d& axis, const Eigen::Vector3d& 
                 axis[1] * along(axis, inertial.tensor.col(1)) +
                 axis[2] * along(axis, inertial.tensor.col(2)) + mass * ahead.squaredNorm();
   out.meets = out.inertia + armature;
-  // as for any coordinate (articulated_step.hpp)
+  // the same threshold as release_step (articulated_step.hpp)
   out.sound =
       everywhere(out.meets > 2e-14 * (armature + 0.5 * inertial.tensor.trace() + mass * c.squaredNorm()));
   return out;
@@ -47,16 +47,16 @@ class Swings {
   /// The only step and the only body of each tree.
   Swings(const AlikeTrees::Each& steps, const AlikeTrees::Each& bodies) : steps_(steps), bodies_(bodies) {}
 
-  // What does not change as they turn; of `parameters` at the last update().
+  // Constants, from the parameters at the last update().
   Quad inertia;              ///< about the axis, kg m^2
-  Quad inverse;              ///< of what meets the coordinate, the rotor's armature among it
-  bool sound = false;        ///< else it meets no inertia to speak of
+  Quad inverse;              ///< 1 / (inertia + armature)
+  bool sound = false;        ///< false: in some lane the inertia is negligible
   Quad level, cosine, sine;  ///< potential energy: level + cosine cos q + sine sin q, J
 
-  // The state at hand.
+  // The current state.
   Quad cos_q, sin_q, u;
 
-  /// Finds the constants where the parameters are not those that they were found from.
+  /// Recomputes the constants if the parameters changed.
   void update(const Parameters& parameters) {
     if (changed(parameters)) [[unlikely]]
       find(parameters);

@@ -18,7 +18,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// What <option> says, of what is modelled.
+// The modelled settings of <option>.
 struct Options {
   Vector3d gravity{0, 0, -9.81};
   double timestep = 0;
@@ -141,7 +141,7 @@ class MjcfReader {
       if (c.name == "body") add_body(c, self, X_WS);
   }
 
-  // A body's geoms; their shapes go to the solid.
+  // Reads the geoms of a body and adds their shapes to the solid.
   std::vector<MjcfGeom> read_geoms(const XmlElement& body, Solid& solid, const MjcfContacts::Body& self) {
     const bool weighs = weighs_by_geoms(body, compilers_);
     std::vector<MjcfGeom> out;
@@ -164,7 +164,7 @@ class MjcfReader {
   }
 
   // `moreau` suits many contacts that open and close. Its step is the model's, or MuJoCo's default. Overlaps
-  // at the start are put apart, as MuJoCo pushes them apart.
+  // at the start are separated, where MuJoCo pushes them apart.
   void add_contacts() {
     UniqueNames names;
     for (const Constraint& c : model_.scene.constraints) names.take(c.name);
@@ -205,7 +205,7 @@ class MjcfReader {
       }
   }
 
-  // gravcomp: a share of the weight is carried by a force at the gravity centre.
+  // gravcomp: a force at the centre of mass carries this share of the weight.
   void compensate_gravity() {
     for (const auto& [index, share] : compensated_) {
       const Solid& solid = model_.scene.solids[index];
@@ -227,7 +227,7 @@ class MjcfReader {
   MjcfGeoms geoms_;
   MjcfContacts contacts_;
   MjcfJoints joints_;
-  std::map<std::string, Pose> poses_;  // X_WS in the model's pose
+  std::map<std::string, Pose> poses_;  // X_WS in the initial pose of the model
   std::vector<std::pair<std::size_t, double>> compensated_;
   int bodies_without_name_ = 0, meshes_not_seen_ = 0;
 };

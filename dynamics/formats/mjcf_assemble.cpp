@@ -19,7 +19,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-using TreeName = std::pair<std::string, std::string>;  // "body", "joint", "geom" or "site"; the name
+using TreeName = std::pair<std::string, std::string>;  // kind ("body", "joint", "geom" or "site") and name
 using TreeNames = std::set<TreeName>;
 using Elements = std::vector<XmlElement>;
 
@@ -102,7 +102,7 @@ void replace_fromto(XmlElement& geom) {
 
 class Assembler {
  public:
-  // A model with its includes and defaults, not yet put together.
+  // Expands includes and defaults of a model, but not yet copies and attachments.
   XmlElement prepare(XmlElement root) {
     put_in_includes(root);
     check_mjcf_names(root);
@@ -130,9 +130,9 @@ class Assembler {
  private:
   struct Model {
     XmlElement& root;
-    XmlElement before;            // the root as it was, where the model attaches parts of itself
+    XmlElement before;            // the root before expansion, for models that attach parts of themselves
     std::list<XmlElement> added;  // sections from attached models
-    int depth;                    // of attachment
+    int depth;                    // depth of attachment
   };
 
   static void set_part(XmlElement& e, int part) {
@@ -170,7 +170,7 @@ class Assembler {
     return std::move(frame.children);
   }
 
-  // Moves a child of a frame into the frame's parent.
+  // Transforms a child of a frame into the frame's parent.
   void move(XmlElement& e, const Pose& X) const {
     if (e.name == "joint") {
       const std::string type = e.text("type", "hinge");
@@ -187,7 +187,7 @@ class Assembler {
       set_pose(e, X * compilers_.of(e).pose_of(e));
   }
 
-  // Names end in the copy's number, padded to the digits of `count`.
+  // The copies of a <replicate>. Their names end in the number of the copy, padded to the digits of `count`.
   Elements replicas(XmlElement& e, Model& model) {
     expand(e, model);
     const double count = e.number("count", 0);
@@ -218,7 +218,8 @@ class Assembler {
     return out;
   }
 
-  // Removes and returns the references to `names` only; refuses those to `names` and others.
+  // Removes and returns the entries that refer to `names` only; refuses entries that refer to `names` and
+  // others.
   std::vector<std::pair<XmlElement*, XmlElement>> take_references(const XmlElement& replicate,
                                                                   const TreeNames& names, Model& model) {
     std::vector<std::pair<XmlElement*, XmlElement>> out;
@@ -253,7 +254,7 @@ class Assembler {
     return nullptr;
   }
 
-  // The model that <attach> names; without `model`, this one as it was before assembly.
+  // The model that <attach> names; without `model`, this one before expansion.
   XmlElement model_named_by(const XmlElement& e, Model& model) {
     const std::string* name = e.find("model");
     if (!name) return model.before;
@@ -308,8 +309,8 @@ class Assembler {
     return take_over(child, {prefix, ""}, other, kind == nullptr, model);
   }
 
-  // The children of the attached model's world; its other sections go to `model`. `other`: it is another
-  // model, `whole`: all of it is attached.
+  // Returns the children of the attached model's world; its other sections go to `model`. `other`: it is
+  // another model; `whole`: all of it is attached.
   static Elements take_over(XmlElement& child, const Renaming& to, bool other, bool whole, Model& model) {
     Elements out;
     for (XmlElement& section : child.children)
@@ -348,7 +349,7 @@ class Assembler {
 
   MjcfCompilers compilers_;
   std::map<std::string, XmlElement> loaded_;  // models by file
-  std::size_t elements_ = 0;                  // that were added
+  std::size_t elements_ = 0;                  // elements added so far
 };
 
 }  // namespace

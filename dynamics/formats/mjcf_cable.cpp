@@ -14,7 +14,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr int most_rods = 1000;  // (they nest)
+constexpr int most_rods = 1000;  // (bodies nest)
 
 Vector3d unit_or_same(const Vector3d& v) { return v.squaredNorm() < 1e-14 ? v : Vector3d(v.normalized()); }
 
@@ -66,8 +66,8 @@ std::vector<Vector3d> vertices_of(const XmlElement& e) {
   return out;
 }
 
-// Each rod's axes: x along it, y carried on without twist. The first y lies in the plane of the first bend; a
-// chain that begins straight has none, so each rod takes the shortest rotation from x.
+// The axes of each rod: x along it, y carried on without twist. The first y lies in the plane of the first
+// bend. A chain that begins straight has no such plane, so each rod takes the shortest rotation from x.
 std::vector<Matrix3d> frames_of(const std::vector<Vector3d>& vertices) {
   std::vector<Matrix3d> out;
   Vector3d normal(0, 1, 0);
@@ -138,7 +138,7 @@ MjcfCable make_mjcf_cable(const XmlElement& e) {
     return prefix + kind + (i == 0 ? "first" : i + 1 == count ? "last" : std::to_string(i));
   };
   MjcfCable out;
-  for (std::size_t i = count; i-- > 0;) {  // the last one first, so that each holds those after it
+  for (std::size_t i = count; i-- > 0;) {  // from the last, since each contains those after it
     XmlElement body = made_from(e, "body");
     set_attribute(body, "name", label("B_", i));
     const Pose X = i == 0 ? Pose{frames[0], e.vector("offset", Vector3d::Zero()) + vertices[0]}

@@ -8,13 +8,13 @@
 namespace borelli {
 
 struct MjcfCable {
-  XmlElement body;                   ///< the first rod's, with the others nested in it
-  std::vector<XmlElement> excludes;  ///< neighbours do not touch: <exclude> elements
+  XmlElement body;                   ///< the first rod; the others are nested in it
+  std::vector<XmlElement> excludes;  ///< <exclude> elements: neighbouring rods do not touch
 };
 
-/// The bodies of a <composite>, as MuJoCo makes them (its user_composite.cc): one rod from each vertex to the
-/// next, x along it, on ball joints; the first one on a ball, free or fixed (`initial`). Names are those of
-/// MuJoCo. Refuses the types that MuJoCo has given up.
+/// The bodies of a <composite>, as MuJoCo makes them (its user_composite.cc): one rod between consecutive
+/// vertices, x along it, on ball joints. The first rod is on a ball joint or a free joint, or fixed
+/// (`initial`). The names are those of MuJoCo. Refuses the types that MuJoCo has dropped.
 MjcfCable make_mjcf_cable(const XmlElement& composite);
 
 }  // namespace borelli

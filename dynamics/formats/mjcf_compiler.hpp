@@ -1,4 +1,4 @@
-// MJCF's <compiler>: how the numbers of a model are to be understood.
+// MJCF's <compiler>: how to interpret the numbers of a model.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -14,27 +14,27 @@ namespace borelli {
 struct MjcfCompiler {
   enum class InertiaFromGeom { never, where_missing, always };
 
-  bool degrees = true;  ///< angles in the file
+  bool degrees = true;  ///< angles in the file are in degrees
   std::string euler_sequence = "xyz";
   bool auto_limits = true;  ///< a joint with a range is limited
   bool align_free = false;  ///< MuJoCo puts a free leaf body's frame on its inertia
   InertiaFromGeom inertia_from_geom = InertiaFromGeom::where_missing;
-  int lowest_group = 0, highest_group = 5;  ///< of the geoms that count in an inertia
-  bool balance_inertia = false;             ///< impossible moments are replaced by their mean
+  int lowest_group = 0, highest_group = 5;  ///< geom groups that count in the inertia
+  bool balance_inertia = false;             ///< impossible principal moments are replaced by their mean
   bool exact_mesh_inertia = false;
-  bool fit_box = false;  ///< forms are fitted to a mesh's bounding box, not to its box of equal inertia
-  double least_mass = 0, least_inertia = 0;  ///< of any body, kg, kg m^2
+  bool fit_box = false;  ///< primitives are fitted to a mesh's bounding box, not to its box of equal inertia
+  double least_mass = 0, least_inertia = 0;  ///< lower bounds for every body, kg, kg m^2
   double total_mass = -1;                    ///< kg; masses and inertias are scaled to it; -1: not
   std::string mesh_folder;
-  bool strip_path = false;       ///< of the names of mesh files
+  bool strip_path = false;       ///< folders in mesh file names are dropped
   std::filesystem::path folder;  ///< of the model's main file
 
-  /// All <compiler> sections of a model, later ones over earlier ones.
+  /// Merges all <compiler> sections of a model; later ones override earlier ones.
   static MjcfCompiler read(const XmlElement& root);
 
   /// An angle of the file in rad.
   double angle(double value) const;
-  /// `pos` and one of quat, axisangle, euler, xyaxes, zaxis: where an element's frame sits in its parent's.
+  /// The pose of an element's frame in its parent's: `pos` and one of quat, axisangle, euler, xyaxes, zaxis.
   Pose pose_of(const XmlElement& element) const;
   Eigen::Matrix3d orientation_of(const XmlElement& element) const;
   /// The rotation by three Euler angles, in the file's unit, about the axes of `eulerseq`.
@@ -48,7 +48,7 @@ struct MjcfCompilers {
   Pose pose_of(const XmlElement& e) const { return of(e).pose_of(e); }
 };
 
-/// The least rotation that turns z along a direction (any length but zero).
+/// The smallest rotation that takes z to a direction (of any length but zero).
 Eigen::Matrix3d turn_from_z(const Eigen::Vector3d& direction);
 
 }  // namespace borelli

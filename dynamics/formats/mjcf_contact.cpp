@@ -13,7 +13,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// rows of contacts times coordinates, in each of about ten matrices
+// Limit of contact rows times coordinates: the size of each of about ten dense matrices.
 constexpr double most_contact_numbers = 2e6;
 
 int dimensions_of(const XmlElement& element) {
@@ -43,13 +43,13 @@ Touchable touchable(const std::string& words, const std::string& solid, const Mj
   return out;
 }
 
-/// Whether the geom is all of its core.
+/// Whether the geom is a sphere or a capsule.
 bool is_rounded(const MjcfGeom& geom) {
   return geom.shape && (std::holds_alternative<Sphere>(geom.shape->shape.form) ||
                         std::holds_alternative<Capsule>(geom.shape->shape.form));
 }
 
-/// Of two that are rounded.
+/// The contact of two spheres or capsules.
 ConstraintKind between_rounded(const Touchable& over, const Touchable& under, const ContactSurface& rubs) {
   const ThickSegment &a = *over.core, &b = *under.core;
   const SolidPoint at_a{over.solid, a.centre}, at_b{under.solid, b.centre};
@@ -149,7 +149,7 @@ std::vector<ConstraintKind> MjcfContacts::over_plane(const Surface& over, const 
   const auto* box = std::get_if<Box>(&shape.form);
   if (!box) return {};
   if (turn.isIdentity(1e-12)) return {BoxOverPlane{centre, box->size, plane, rubs}};
-  std::vector<ConstraintKind> corners;  // of a box that is turned in its solid
+  std::vector<ConstraintKind> corners;  // a box rotated in its solid: one contact per corner
   for (int k = 0; k < 8; ++k) {
     const Vector3d side(k & 1 ? 0.5 : -0.5, k & 2 ? 0.5 : -0.5, k & 4 ? 0.5 : -0.5);
     const Vector3d corner = shape.position + turn * side.cwiseProduct(box->size);

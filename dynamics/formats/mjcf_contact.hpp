@@ -1,5 +1,5 @@
-// MJCF's contacts, as far as the scene has constraints for them: spheres and capsules over each other and
-// over planes, boxes over planes.
+// MJCF's contacts of the types that a scene supports: spheres and capsules over each other and over planes,
+// boxes over planes.
 #pragma once
 
 #include <map>
@@ -14,37 +14,38 @@
 
 namespace borelli {
 
-/// Which geoms may touch, and with what friction, is as in MuJoCo (its documentation: Computation, Collision,
-/// Selection; Contact parameters). A <pair> names two; of others the contype of one and the conaffinity of
-/// the other share a bit, their bodies are not welded to each other, nor parent and child (unless the parent
-/// stands still), and no <exclude> names the two. Friction and condim are the larger of both, or those of the
-/// geom of higher priority; condim 1 is without friction. Restitution is none.
+/// Which geoms may touch, and with what friction, follows MuJoCo (its documentation: Computation, Collision,
+/// Selection; Contact parameters). A <pair> names two geoms. Any other two may touch if all of these hold:
+/// - The contype of one and the conaffinity of the other share a bit.
+/// - Their bodies are not welded to each other, nor parent and child (unless the parent is static).
+/// - No <exclude> names the two bodies.
+/// Friction and condim are the larger of both, or those of the geom of higher priority. condim 1 means no
+/// friction. Restitution is zero.
 class MjcfContacts {
  public:
-  /// Reads <contact> and what <option> says of it.
+  /// Reads <contact> and the contact settings of <option>.
   explicit MjcfContacts(const XmlElement& root);
 
-  /// A body as contacts see it.
+  /// What contact selection needs of a body.
   struct Body {
     std::string name;         ///< in the file
-    std::string solid;        ///< or "world"
-    std::string weld;         ///< the body that has the joint which moves it, or "world"
-    std::string weld_parent;  ///< that of weld's parent
+    std::string solid;        ///< its solid, or "world"
+    std::string weld;         ///< the body with the joint that moves it, or "world"
+    std::string weld_parent;  ///< the weld of weld's parent
   };
-  /// Takes a geom in. Refuses a plane that moves.
+  /// Adds a geom. Refuses a plane that moves.
   void add(const XmlElement& element, const MjcfGeom& geom, const Body& body);
 
   struct Found {
     std::vector<Constraint> contacts;
-    std::vector<TouchablePair> without;  ///< what may touch, with no constraint for it
-    std::size_t crowded = 0;  ///< how many of these are spheres and capsules, more than there is room for
-    std::pair<std::string, std::string> first;  ///< the first pair of `without` that no contact is made for
-    int twisting = 0;  ///< pairs in contact with friction against turning (condim 4 or 6)
+    std::vector<TouchablePair> without;  ///< pairs that may touch but have no constraint
+    std::size_t crowded = 0;             ///< how many of these are spheres and capsules, left out as too many
+    std::pair<std::string, std::string> first;  ///< the first pair of `without` that is not modelled
+    int twisting = 0;  ///< contact pairs with torsional or rolling friction (condim 4 or 6), not modelled
   };
-  /// All of them; names of constraints differ from those in `names`. Refuses a <pair> of geoms that are not
-  /// there, and more pairs than memory has room for.
-  /// Contacts of spheres and capsules with each other are left out where all contacts times `freedoms` are
-  /// more than there is room for.
+  /// Finds all contacts. Names of constraints differ from those in `names`. Contacts of spheres and capsules
+  /// with each other are left out if the rows of all contacts times `freedoms` exceed a limit. Refuses a
+  /// <pair> of unknown geoms, and more pairs than memory has room for.
   Found find(UniqueNames names, double freedoms) const;
 
  private:

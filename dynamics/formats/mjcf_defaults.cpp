@@ -18,7 +18,7 @@ bool is_orientation(const std::string& name) {
   return name == "quat" || name == "axisangle" || name == "euler" || name == "xyaxes" || name == "zaxis";
 }
 
-// Sizes may be given in part; the rest of their numbers is the class's.
+// A size may be given in part; the class supplies the remaining numbers.
 void complete(XmlAttribute& own, const XmlAttribute& other) {
   if (own.name != "size") return;
   std::istringstream given(own.value), standard(other.value);
@@ -26,7 +26,7 @@ void complete(XmlAttribute& own, const XmlAttribute& other) {
     if (!(given >> mine)) own.value += " " + word;
 }
 
-// `own`, and what of `others` it does not say.
+// `own`, and those of `others` that it lacks.
 Attributes merged(const Attributes& own, const Attributes& others) {
   Attributes out = own;
   const bool turned =
@@ -55,7 +55,7 @@ class Defaults {
     classes_.try_emplace(outermost_);
   }
 
-  /// `around`: the childclass that holds here.
+  /// `around`: the childclass in effect here.
   void apply(XmlElement& parent, std::string around) {
     if (const std::string* own = parent.find("childclass")) around = checked(parent, "childclass", *own);
     for (XmlElement& c : parent.children) {

@@ -5,10 +5,10 @@
 
 namespace borelli {
 
-/// Writes into every joint, geom, mesh, pair and equality constraint of a model the attributes of its class
-/// that it has not itself: the class that its `class` names, else the nearest `childclass` of the bodies and
-/// frames around it, else the outermost. A nested class has what its parent has, but for what it says itself.
-/// An element with an orientation of its own takes over none, whatever its notation.
+/// Writes into every joint, geom, mesh, pair and equality constraint the attributes of its default class that
+/// it lacks. The class is that of its `class`, else of the nearest `childclass` of the bodies and frames
+/// around it, else the outermost. A nested class inherits from its parent. An element with an orientation of
+/// its own, in any notation, inherits none.
 void apply_mjcf_defaults(XmlElement& root);
 
 }  // namespace borelli

@@ -1,4 +1,4 @@
-// Small changes to elements of MJCF.
+// Editing of MJCF elements.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,10 +11,10 @@
 
 namespace borelli {
 
-/// Numbers as text that reads back the same.
+/// Numbers as text that reads back exactly.
 std::string mjcf_numbers(const std::vector<double>& numbers);
 
-/// Gives an attribute this value, whether it was there or not.
+/// Sets an attribute, or adds it.
 void set_attribute(XmlElement& element, std::string_view key, std::string value);
 void remove_attribute(XmlElement& element, std::string_view key);
 
@@ -24,10 +24,10 @@ void set_pose(XmlElement& element, const Pose& X);
 /// An empty element with the file, line and part of `origin`.
 XmlElement made_from(const XmlElement& origin, std::string name);
 
-/// A whole number of 32 bits; refuses others.
+/// A 32-bit integer; `standard` if it is missing. Refuses other values.
 int whole_number(const XmlElement& element, std::string_view key, int standard);
 
-/// How many elements there are, the element itself included.
+/// The number of elements in an element, itself included.
 std::size_t count_elements(const XmlElement& element);
 
 }  // namespace borelli

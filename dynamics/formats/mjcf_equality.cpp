@@ -45,19 +45,19 @@ class EqualityReader {
 
   PointOnPoint connect(const XmlElement& e) const {
     e.require("anchor");
-    const Vector3d anchor = e.vector("anchor", Vector3d::Zero());  // in body1
+    const Vector3d anchor = e.vector("anchor", Vector3d::Zero());  // in the frame of body1
     const Pose &X_W1 = pose(e, "body1"), &X_W2 = pose(e, "body2");
     return {{e.text("body1"), anchor}, {e.text("body2", world_name), X_W2.inverse() * (X_W1 * anchor)}};
   }
 
-  // relpose: body2 in body1; a quaternion of zeros stands for the pose of the model.
+  // relpose: pose of body2 in body1; a quaternion of zeros means the initial pose of the model.
   WeldConstraint weld(const XmlElement& e) const {
     Pose X_12 = pose(e, "body1").inverse() * pose(e, "body2");
     if (const auto p = e.numbers("relpose", 7, 7); !p.empty()) {
       const Quaternion turn(p[3], p[4], p[5], p[6]);
       if (turn.norm() > 1e-10) X_12 = {rotation_matrix(turn.normalized()), {p[0], p[1], p[2]}};
     }
-    e.find("anchor");  // where MuJoCo measures the error; the poses that have none are the same
+    e.find("anchor");  // only where MuJoCo measures the error; the welded pose is the same
     return {{e.text("body2", world_name)}, {e.text("body1")}, X_12};
   }
 
@@ -68,10 +68,11 @@ class EqualityReader {
     return found->second;
   }
 
-  // value + c0 + c1 (x - start) + c2 (x - start)^2 ... in powers of x
+  // Expands value + c0 + c1 (x - start) + c2 (x - start)^2 ... in powers of x.
   static Polynomial shifted(const std::vector<double>& c, double start, double value) {
     std::vector<double> out(c.size(), 0);
-    for (auto k = c.rbegin(); k != c.rend(); ++k) {  // Horner: times (x - start), then one coefficient more
+    for (auto k = c.rbegin(); k != c.rend(); ++k) {  // Horner: multiply by (x - start), add the next
+                                                     // coefficient
       for (std::size_t i = out.size(); i-- > 0;) out[i] = (i > 0 ? out[i - 1] : 0) - start * out[i];
       out[0] += *k;
     }

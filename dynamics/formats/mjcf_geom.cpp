@@ -23,7 +23,7 @@ struct Sized {
   std::vector<double> size;
 };
 
-// Type, place and size, of which `fromto` may give a part: the ends of a form's axis z.
+// Type, pose and size. `fromto` may replace a part of them: it gives the ends of the z axis of the form.
 Sized sized(const XmlElement& geom, const MjcfCompilers& compilers) {
   Sized out;
   out.type = geom.word(
@@ -97,7 +97,7 @@ int hull_vertices(const XmlElement& asset) {
   return most;
 }
 
-// Whether triangles are oriented alike: no two run along an edge in the same direction.
+// Whether the triangles are oriented consistently: no two traverse an edge in the same direction.
 bool turned_alike(const ClosedMesh& mesh) {
   std::map<std::array<double, 3>, int> points;
   std::set<std::pair<int, int>> runs;
@@ -114,8 +114,8 @@ bool turned_alike(const ClosedMesh& mesh) {
   return true;
 }
 
-// The inertia, at density 1, of the pyramids from the triangles to a centre (see legacy_mesh_inertial()).
-// `signed_too`: pyramids turned inside out count as negative.
+// The inertia at density 1 of the pyramids from the triangles to a centre (see legacy_mesh_inertial()).
+// `signed_too`: inverted pyramids count as negative.
 Inertial pyramids_inertial(const ClosedMesh& mesh, bool signed_too) {
   const auto volume_of = [&](const Facet& f, const Vector3d& tip) {
     const double volume = (f.centre() - tip).dot(f.normal_area()) / 3;
@@ -123,7 +123,7 @@ Inertial pyramids_inertial(const ClosedMesh& mesh, bool signed_too) {
   };
   const std::vector<Facet> facets = facets_of(mesh);
   double area = 0;
-  Vector3d middle = Vector3d::Zero();  // of the surface
+  Vector3d middle = Vector3d::Zero();  // centroid of the surface
   for (const Facet& f : facets) {
     const double own = f.normal_area().norm();
     area += own;
@@ -139,7 +139,7 @@ Inertial pyramids_inertial(const ClosedMesh& mesh, bool signed_too) {
   }
   if (!(out.mass > 0)) return out;
   out.centre /= std::exchange(out.mass, 0);
-  Matrix3d second = Matrix3d::Zero();  // integral of x x^T from the gravity centre
+  Matrix3d second = Matrix3d::Zero();  // integral of x x^T about the centre of mass
   for (const Facet& f : facets) {
     const Vector3d a = f.a - out.centre, b = f.b - out.centre, c = f.c - out.centre, sum = a + b + c;
     const double volume = volume_of(f, out.centre);
@@ -204,7 +204,7 @@ MjcfGeom MjcfGeoms::read(const XmlElement& geom, bool weighs) {
     return out;
   }
   if (s.type == "hfield") {
-    geom.read = false;  // a thing to touch only: listed
+    geom.read = false;  // for contact only: listed as not modelled
     return out;
   }
   std::optional<double> mass;
@@ -255,7 +255,7 @@ ClosedMesh MjcfGeoms::load(const XmlElement& asset) const {
   asset.read = true;
   asset.find("class");
   for (const char* key : {"smoothnormal", "maxhullvert", "content_type", "normal", "texcoord", "material"})
-    asset.find(key);  // of looks and contacts
+    asset.find(key);  // for appearance and contacts only
   if (asset.has("builtin") && asset.text("builtin") != "none")
     asset.refuse("builtin", "built-in meshes are not supported; save the mesh as .stl or .obj");
   ClosedMesh mesh;
@@ -299,7 +299,7 @@ ClosedMesh MjcfGeoms::load(const XmlElement& asset) const {
   return mesh;
 }
 
-// By the rule that the mesh's `inertia` names.
+// The mesh's inertia at density 1, by the rule that its `inertia` names.
 const Inertial& MjcfGeoms::weight(Mesh& mesh) {
   if (mesh.weight) return *mesh.weight;
   const XmlElement& asset = *mesh.asset;
@@ -335,7 +335,7 @@ const Inertial& MjcfGeoms::weight(Mesh& mesh) {
   } else if (rule == "convex") {
     const auto hull = convex_hull(triangles.vertices, hull_vertices(asset));
     if (!hull) asset.refuse(hull.error().what);
-    own = legacy_mesh_inertial(*hull);  // (exact for what is convex)
+    own = legacy_mesh_inertial(*hull);  // (exact for convex meshes)
   } else {
     own = shell_mesh_inertial(triangles);
   }
@@ -344,8 +344,8 @@ const Inertial& MjcfGeoms::weight(Mesh& mesh) {
   return *mesh.weight;
 }
 
-// A form of the size of a mesh (MuJoCo's mjCMesh::FitGeom): by the box of the same inertia, or by the box
-// around the mesh along its principal axes.
+// A primitive fitted to a mesh (MuJoCo's mjCMesh::FitGeom): to the box of equal inertia, or to the box around
+// the mesh along its principal axes.
 ShapeElement MjcfGeoms::fitted(const XmlElement& geom, const std::string& type, const Pose& X) {
   Mesh& mesh = mesh_of(geom);
   const Inertial& own = weight(mesh);

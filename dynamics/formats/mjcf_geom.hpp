@@ -1,4 +1,4 @@
-// MJCF's geoms: forms with a mass, and the meshes that they name.
+// MJCF's geoms: shapes with a mass, and the meshes that they name.
 #pragma once
 
 #include <map>
@@ -11,9 +11,9 @@
 namespace borelli {
 
 struct MjcfGeom {
-  std::optional<Inertial> inertial;   ///< in its body's frame; none: it weighs nothing
-  std::optional<ShapeElement> shape;  ///< to be seen and touched; none for planes, height fields and meshes
-  std::optional<Pose> plane;          ///< of a plane, in its body's frame: z out of what it bounds
+  std::optional<Inertial> inertial;   ///< in its body's frame; none: massless
+  std::optional<ShapeElement> shape;  ///< for display and contact; none for planes, height fields and meshes
+  std::optional<Pose> plane;          ///< pose of a plane in its body's frame; z points out of the material
   int group = 0;
 };
 
@@ -23,12 +23,12 @@ class MjcfGeoms {
   /// `notes`: receives remarks on how meshes weigh.
   MjcfGeoms(const XmlElement& root, const MjcfCompilers& compilers, std::vector<std::string>& notes);
 
-  /// A geom, its attributes complete (mjcf_defaults.hpp). Its mass is `mass`, else its volume times `density`
-  /// (1000 kg/m^3 if not given). `weighs`: whether its inertia is wanted, for which meshes are read from
-  /// their files.
+  /// Reads a geom with complete attributes (mjcf_defaults.hpp). Its mass is `mass`, else its volume times
+  /// `density` (1000 kg/m^3 if not given). `weighs`: whether its inertia is needed; only then are mesh files
+  /// read.
   MjcfGeom read(const XmlElement& geom, bool weighs);
 
-  /// One line on meshes that weigh more by the legacy rule than they enclose; empty: none.
+  /// One line on meshes whose mass by the legacy rule exceeds that of the volume they enclose; empty: none.
   std::string overweight() const;
 
  private:
@@ -48,21 +48,21 @@ class MjcfGeoms {
   std::vector<std::string>& notes_;
   struct {
     int count = 0;
-    double excess = 0;  // the largest share
+    double excess = 0;  // the largest relative excess
     std::string worst;
   } overweight_;
   std::map<std::string, Mesh> meshes_;
 };
 
-/// Inertial elements of triangles by MuJoCo's `legacy` rule (its only one until `exact` came, the default up
-/// to 3.2): the pyramids that the triangles span with a centre all count as positive; the gravity centre
-/// comes from those with the surface's centre, volume and moments from those with the gravity centre. Exact
-/// where these see the whole surface (convex meshes). Density 1 kg/m^3; the triangles' frame. Mass zero for a
-/// flat mesh. (MuJoCo 2.2 gave a mesh without `mass` the volume of the box of equal inertia; this is the
-/// volume itself, as later ones have it.)
+/// Inertia of triangles by MuJoCo's `legacy` rule (its only one until `exact` came, the default up to 3.2).
+/// The pyramids from a centre to the triangles all count as positive. The centre of mass comes from pyramids
+/// with the centroid of the surface; volume and moments come from those with the centre of mass. The rule is
+/// exact if these centres see the whole surface (convex meshes). Density 1 kg/m^3; frame of the triangles.
+/// Mass zero for a flat mesh. (MuJoCo 2.2 gave a mesh without `mass` the volume of the box of equal inertia;
+/// this is the volume itself, as in later versions.)
 Inertial legacy_mesh_inertial(const ClosedMesh& mesh);
 
-/// The same by its `shell` rule: the surface weighs 1 kg/m^2.
+/// Inertia by MuJoCo's `shell` rule: the surface has 1 kg/m^2.
 Inertial shell_mesh_inertial(const ClosedMesh& mesh);
 
 }  // namespace borelli

@@ -10,7 +10,7 @@ namespace {
 
 using std::filesystem::path;
 
-constexpr std::size_t include_costs = 20;  // elements, so that many tiny includes are bounded too
+constexpr std::size_t include_costs = 20;  // in elements, so that many tiny includes are bounded too
 
 class Includer {
  public:

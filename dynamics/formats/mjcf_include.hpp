@@ -5,12 +5,12 @@
 
 namespace borelli {
 
-/// What a model may grow to by its includes, attached models and copies.
+/// The largest number of elements of a model with its includes, attached models and copies.
 constexpr std::size_t most_mjcf_elements = 1'000'000;
 
-/// Puts what the includes of a model name in their place, those of included files too; paths are relative to
-/// the main file's folder. Refuses a file that includes itself on any way, what is not there, and a model
-/// that grows beyond `most_mjcf_elements` or is nested deeper than 10000 elements by it.
+/// Replaces each <include> by the elements of its file, recursively. Paths are relative to the folder of the
+/// main file. Refuses missing files, a file that includes itself directly or indirectly, a model that grows
+/// beyond `most_mjcf_elements`, and nesting deeper than `deepest_xml`.
 void put_in_includes(XmlElement& root);
 
 }  // namespace borelli

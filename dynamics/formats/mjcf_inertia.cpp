@@ -23,7 +23,7 @@ Inertial stated(const XmlElement& e, const MjcfCompiler& compiler) {
   return own.expressed_in(X.R, X.p);
 }
 
-// Bounds, and MuJoCo's cure for principal moments that no body has: their mean for each.
+// Applies the lower bounds and MuJoCo's balanceinertia: impossible principal moments become their mean.
 void put_right(Inertial& inertial, const MjcfCompiler& compiler) {
   inertial.mass = std::max(inertial.mass, compiler.least_mass);
   PrincipalAxes principal = inertial.principal();
@@ -52,7 +52,7 @@ Inertial mjcf_inertial(const XmlElement& body, const std::vector<MjcfGeom>& geom
     for (const MjcfGeom& geom : geoms)
       if (geom.inertial && geom.group >= compiler.lowest_group && geom.group <= compiler.highest_group)
         out += *geom.inertial;
-    if (inertial) inertial->read = false;  // overruled by the geoms: listed
+    if (inertial) inertial->read = false;  // overridden by the geoms: listed as not modelled
   } else if (inertial) {
     out = stated(*inertial, compiler);
   }

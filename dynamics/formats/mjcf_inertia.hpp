@@ -1,4 +1,4 @@
-// What MJCF's bodies weigh.
+// Inertias of MJCF's bodies.
 #pragma once
 
 #include <string>
@@ -9,9 +9,9 @@
 
 namespace borelli {
 
-/// A body's inertia in the body's frame: that of its <inertial> or of its geoms, as the compiler's
-/// inertiafromgeom says, put right by its boundmass, boundinertia and balanceinertia. `geoms`: the body's, as
-/// read. Mass zero where there is none.
+/// A body's inertia in its own frame. It comes from <inertial> or the geoms, as inertiafromgeom of the
+/// compiler says. boundmass, boundinertia and balanceinertia then correct it. `geoms`: those of the body, as
+/// read. Mass zero if there is none.
 Inertial mjcf_inertial(const XmlElement& body, const std::vector<MjcfGeom>& geoms,
                        const MjcfCompilers& compilers);
 

@@ -28,14 +28,14 @@ bool has_type(const XmlElement& joint, std::string_view type) {
   return joint.name == "freejoint" ? type == "free" : joint.text("type", "hinge") == type;
 }
 
-// Whether a solid turns against its parent by what it has so far.
+// Whether the switches of a solid so far rotate it against its parent.
 bool turns(const Solid& solid) {
   return std::any_of(solid.switches.begin(), solid.switches.end(), [](const Switch& s) {
     return std::visit([](const auto& kind) { return kind.rotates; }, s.kind);
   });
 }
 
-// How a solid's frame is turned in its parent at the start of its free turns: by its fixed switches.
+// The rotation of a solid in its parent by its fixed switches, at the start of its free rotations.
 Matrix3d fixed_turn(const Solid& solid) {
   Matrix3d R = Matrix3d::Identity();
   for (const Switch& s : solid.switches)
@@ -65,7 +65,7 @@ MjcfJoints::Passive MjcfJoints::passive_of(const XmlElement& joint) const {
   return {acting_.springs ? stiffness : 0, acting_.dampers ? damping : 0};
 }
 
-// The linear coefficient of a polynomial; a warning tells of higher ones.
+// The linear coefficient of a polynomial; a note reports higher ones.
 double MjcfJoints::linear(const XmlElement& joint, const char* key) const {
   const auto given = joint.numbers(key, 1, 3);
   if (given.empty()) return 0;
@@ -178,7 +178,7 @@ void MjcfJoints::read_scalar(const XmlElement& joint, const std::string& type, S
   solid.switches.push_back(std::move(one));
 }
 
-// A spring between two solids sees all turns between them: hinges before the ball are left to a solid of
+// A spring between two solids sees all rotations between them. So hinges before the ball go to a solid of
 // their own.
 void MjcfJoints::read_ball(const XmlElement& joint, Solid& solid, std::vector<Solid>& before,
                            std::vector<Effort>& efforts) {
@@ -206,8 +206,8 @@ void MjcfJoints::read_ball(const XmlElement& joint, Solid& solid, std::vector<So
   ball.armature = joint.not_negative("armature", 0);
 }
 
-// Limits of a scalar joint. A start outside of them is moved to the nearest one, which compile() would
-// refuse.
+// The limits of a scalar joint. A start outside is moved to the nearest limit, since compile() would refuse
+// it.
 void MjcfJoints::add_range(const XmlElement& joint, bool hinge, Switch& one) {
   const auto range = joint.numbers("range", 2, 2);
   const std::string limited = joint.word("limited", {"true", "false", "auto"}, "auto");

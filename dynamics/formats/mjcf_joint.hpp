@@ -13,43 +13,42 @@ namespace borelli {
 
 /// A joint that constraints may name.
 struct MjcfJoint {
-  std::string coordinate;  ///< empty: not a scalar one
+  std::string coordinate;  ///< empty: not scalar
   double start = 0;        ///< its position in the model's pose: `ref`
 };
 
 /// Reads the joints of one body after the other.
 ///
-/// A hinge turns about a line through `pos`, so its switch stands between two displacements; a `ref` that is
-/// not zero adds the turn (or shift) by -ref before it. So the switch's position is MuJoCo's qpos, and the
-/// velocities are its qvel: a free joint's are linear in the world, angular in the body, a ball's angular in
-/// the body.
+/// A hinge turns about a line through `pos`, so its switch stands between two displacements. A nonzero `ref`
+/// adds a rotation (or shift) by -ref before the switch. So the position of the switch is MuJoCo's qpos. The
+/// velocities are MuJoCo's qvel: the linear velocity of a free joint is in world axes, its angular velocity
+/// and that of a ball in body axes.
 class MjcfJoints {
  public:
-  /// Which passive efforts and limits the model's <option> leaves on.
+  /// Which passive efforts and limits <option> leaves on.
   struct Acting {
     bool springs = true, dampers = true, limits = true;
   };
   MjcfJoints(const MjcfCompilers& compilers, const Acting& acting, std::vector<std::string>& notes)
       : compilers_(compilers), acting_(acting), notes_(notes) {}
 
-  /// Takes the names that the joints of a model give, so that those made up differ from them.
+  /// Registers the joint names of a model, so that generated names differ from them. Refuses duplicates.
   void take_names(const XmlElement& worldbody);
 
-  /// The switches of `solid`, whose parent and place X_PS in it are known, from the body's joints; their
-  /// efforts go to `efforts`. Where a ball's spring or damper must be told from other turns of the same body,
-  /// solids without mass that stand before it in the chain are put into `before`, and solid.parent is
-  /// changed.
+  /// Reads the joints of a body as the switches of `solid`, whose parent and pose X_PS are known. Their
+  /// efforts go to `efforts`. The spring or damper of a ball must not see other rotations of the same body.
+  /// Then massless solids that precede it in the chain are put into `before`, and solid.parent changes.
   void read(const XmlElement& body, const Pose& X_PS, Solid& solid, std::vector<Solid>& before,
             std::vector<Effort>& efforts);
 
-  /// By the name in the file.
+  /// The joints by their names in the file.
   const std::map<std::string, MjcfJoint>& named() const { return named_; }
 
-  /// One line on free joints that MuJoCo aligns with their body's inertia; empty: none. Their qpos here are
-  /// of the body's own frame.
+  /// One line on free joints that MuJoCo aligns with the inertia of their body; empty: none. Here their qpos
+  /// refers to the frame of the body itself.
   std::string aligned() const;
 
-  /// Makes up names of solids that differ from all others.
+  /// Generates names of solids that differ from all others.
   UniqueNames solid_names;
 
  private:

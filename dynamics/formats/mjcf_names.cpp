@@ -17,7 +17,7 @@ struct Names {
 
 constexpr const char* orientations = " quat axisangle xyaxes zaxis euler";
 
-// By the element's name, or that of its parent and its own where one name means two things.
+// By element name, or "parent/element" if a name has two meanings.
 const std::map<std::string, Names, std::less<>>& known_names() {
   static const std::string body_parts =
       "inertial joint freejoint geom site camera light body plugin composite flexcomp frame attach replicate";

@@ -1,4 +1,4 @@
-// The names that MJCF knows, so that a misspelt one is refused rather than taken for one that is not
+// The element and attribute names of MJCF. A misspelt name is refused, not taken for one that is not
 // modelled.
 #pragma once
 
@@ -6,8 +6,8 @@
 
 namespace borelli {
 
-/// Refuses unknown elements and unknown attributes in those parts of a model (includes put in place) that
-/// mjcf.hpp reads, and soft bodies. MuJoCo's XML reference up to 3.12.
+/// Refuses unknown elements and attributes in the parts of a model that mjcf.hpp reads (includes expanded),
+/// and soft bodies. Source: MuJoCo's XML reference up to 3.12.
 void check_mjcf_names(const XmlElement& root);
 
 }  // namespace borelli

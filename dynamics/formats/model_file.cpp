@@ -67,7 +67,7 @@ Result<ModelFile> read_model(const std::filesystem::path& path, const ModelOptio
     return tl::unexpected(refusal.error);
   } catch (const std::bad_alloc&) {
     return failure(path.string(), "does not fit into memory");
-  } catch (const std::exception& problem) {  // (of files that come and go while they are read)
+  } catch (const std::exception& problem) {  // (e.g. a file that vanishes while it is read)
     return failure(path.string(), fmt::format("cannot be read: {}", problem.what()));
   }
 }

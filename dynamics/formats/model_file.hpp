@@ -1,5 +1,4 @@
-// Scenes from files of any kind that this program reads: its own TOML, and the models of others, MJCF
-// (MuJoCo) and URDF (ROS).
+// Reads scenes from files of any supported kind: this program's TOML, MJCF (MuJoCo) and URDF (ROS).
 #pragma once
 
 #include <filesystem>
@@ -15,24 +14,24 @@ namespace borelli {
 
 struct ModelOptions {
   bool floating = false;  ///< URDF: the root link moves freely instead of being fixed to the world
-  /// URDF: bodies that move and weigh less (kg) are taken as balls of water of that mass
+  /// URDF: moving bodies lighter than this (kg) become balls of water of this mass
   double minimum_mass = 0;
-  std::vector<std::string> locked = {};  ///< free coordinates, or joints, that stay where they start
+  std::vector<std::string> locked = {};  ///< free coordinates, or joints, that stay at their initial values
 };
 
 struct ModelFile {
   Scene scene;
-  /// What the file holds and the scene does not: kinds of elements and attributes with how often they stand
-  /// there and where first, and starts that were moved. Empty for TOML, which is read whole or refused.
+  /// File content that the scene does not model: kinds of elements and attributes with their number and first
+  /// place, and initial values that were moved. Empty for TOML, which is read whole or refused.
   NotModelled not_modelled;
-  /// What the file lets touch and the scene has no contact for; judge_passing() looks at a motion of it.
+  /// Pairs that may touch in the file but have no contact in the scene; judge_passing() checks a motion for
+  /// them.
   std::vector<TouchablePair> without_contact;
 };
 
-/// Reads a scene; the file's kind is told by its content: XML with the root <mujoco> is MJCF (mjcf.hpp),
-/// <robot> URDF (urdf.hpp), what is not XML is a scene in TOML (scene_file.hpp). The scene's coordinates, in
-/// the order of its solids, are those of the file in the file's order and convention. Errors name file and
-/// line.
+/// Reads a scene. The content gives the kind of file: XML with the root <mujoco> is MJCF (mjcf.hpp), with
+/// <robot> URDF (urdf.hpp); a file that is not XML is a scene in TOML (scene_file.hpp). The coordinates, in
+/// the order of the solids, have the order and convention of the file. Errors name file and line.
 Result<ModelFile> read_model(const std::filesystem::path& path, const ModelOptions& options = {});
 
 }  // namespace borelli

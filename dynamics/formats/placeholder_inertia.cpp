@@ -27,7 +27,7 @@ bool possible(const Inertial& inertial) {
   return bool(check_physical(inertial, "", Extent::may_be_bar_or_point));
 }
 
-// Moves the frame X on through a switch that stays at its initial value.
+// Moves the frame X through a switch that stays at its initial value.
 Result<void> move_on(const Switch& one, const std::string& where, Pose& X) {
   const auto checked = check_switch(one, where);
   if (!checked) return tl::unexpected(checked.error());
@@ -74,7 +74,7 @@ class Settling {
       const Solid& solid = scene_.solids[s];
       const int parent = parent_of(s);
       if (std::any_of(solid.switches.begin(), solid.switches.end(), moves)) {
-        top_[s] = s;  // (where it stands in what carries it does not count)
+        top_[s] = s;  // (its pose in the body that carries it does not matter)
         continue;
       }
       top_[s] = parent < 0 ? -1 : top_[parent];
@@ -87,7 +87,8 @@ class Settling {
 
   Result<void> settle() {
     std::vector<Inertial> sums(scene_.solids.size());
-    std::vector<std::vector<std::string>> impossible(scene_.solids.size());  // names, by the body's top
+    std::vector<std::vector<std::string>> impossible(scene_.solids.size());  // names, by the top solid of the
+                                                                             // body
     std::vector<std::string> dropped;
     for (const int s : order_) {
       Solid& solid = scene_.solids[s];
@@ -158,7 +159,7 @@ class Settling {
       for (std::size_t i = 0; i < scene_.solids[s].switches.size(); ++i)
         if (is_free(scene_.solids[s].switches[i]) && !moves_mass[s])
           massless.insert(coordinate_name(scene_.solids[s], i));
-    // the other coordinate of a coupling (its second) moves what the first one does
+    // the second coordinate of a coupling moves what the first one moves
     for (bool again = true; again;) {
       again = false;
       for (const Constraint& constraint : scene_.constraints)
@@ -187,8 +188,9 @@ class Settling {
   SettledInertias told_;
   std::map<std::string, int> number_;
   std::vector<int> order_;  // parents before their children
-  std::vector<int> top_;    // of each solid: the one of its body that moves against its parent; -1: the world
-  std::vector<Pose> X_;     // of each solid, in the frame of that one
+  std::vector<int> top_;    // per solid: the top solid of its body, which moves against its parent; -1: the
+                            // world
+  std::vector<Pose> X_;     // per solid: its pose in the frame of the top solid
 };
 
 }  // namespace

@@ -11,7 +11,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// Unit vectors and rotations may be off by this much: what writing with ten digits costs.
+// Tolerance of unit vectors and rotations: the rounding of ten written digits.
 constexpr double unit_tolerance = 1e-9;
 
 // "x", "-z" or a list of three numbers.
@@ -141,7 +141,7 @@ const toml::node* FieldReader::get(std::string_view key) {
   return key == kind_ ? &table_.require(key) : table_.find(key);
 }
 
-// What rests at an angle or is bound by angles may say so in degrees.
+// `rest`, `range` and `angle` may be given in degrees.
 const toml::node* FieldReader::in_degrees(std::string_view key) {
   if (key != "rest" && key != "range" && key != "angle") return nullptr;
   const toml::node* node = table_.find(fmt::format("{}_deg", key));
@@ -180,7 +180,7 @@ SolidPoint FieldReader::point(const toml::node& node, std::string_view label) {
 void FieldReader::operator()(std::string_view key, double& field) {
   if (const toml::node* node = get(key)) {
     field = table_.number(*node, key);
-    // a stiffness may be negative (an unstable rest is a thing of nature), a damping that gives energy is not
+    // a stiffness may be negative (unstable rest position); a negative damping would add energy
     if (key == "damping" && field < 0)
       table_.refuse(*node, fmt::format("damping is {}, expected 0 or more", field));
   }
@@ -279,7 +279,7 @@ static bool is_nested(const toml::node& node) {
   return list && !list->empty() && !list->get(0)->is_number();
 }
 
-// One function, or a list of them: one whose entries are no numbers.
+// One function, or a list of them, whose entries are not numbers.
 void FieldReader::operator()(std::string_view key, std::vector<TimeFunction>& field) {
   const toml::node* node = table_.find(key);
   if (!node) return;

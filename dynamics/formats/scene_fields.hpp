@@ -1,5 +1,5 @@
-// The parts that scene files are made of: directions, rotations, functions of time, and the fields of efforts
-// and constraints by the names that their structs give them. For scene_file_read.cpp.
+// The parts of scene files: directions, rotations, functions of time, and the fields of efforts and
+// constraints by their names in the structs. For scene_file_read.cpp.
 #pragma once
 
 #include <fmt/core.h>
@@ -20,11 +20,11 @@ namespace borelli {
 
 inline constexpr double degree = std::numbers::pi / 180;
 
-/// A name that an effort or constraint uses; looked up when all solids are known.
+/// A name of a solid or coordinate in an effort or constraint; resolved when all solids are known.
 struct Mention {
   std::string name;
   const toml::node* node = nullptr;
-  std::string in_degrees = {};  ///< the key of a number of it that was given in degrees
+  std::string in_degrees = {};  ///< key of a number given in degrees
 };
 
 struct Mentions {
@@ -37,7 +37,7 @@ Eigen::Vector3d unit_direction(const TomlTable& table, const toml::node& node, s
 /// Four numbers (w, x, y, z) of length 1 within 1e-9.
 std::vector<double> unit_quaternion(const TomlTable& table, const toml::node& node, std::string_view label);
 
-/// A rotation as its file states it: at most one of the two.
+/// A rotation as given in a file: a matrix, a quaternion, or none.
 struct Turn {
   std::optional<Eigen::Matrix3d> matrix;
   std::optional<Quaternion> quaternion;
@@ -46,17 +46,17 @@ struct Turn {
   Quaternion as_quaternion() const;
 };
 
-/// Reads a table's `quaternion`, `matrix`, or `axis` with `angle` or `angle_deg`; none of them: no turn.
+/// Reads `quaternion`, `matrix`, or `axis` with `angle` or `angle_deg` of a table; without any: no rotation.
 Turn read_turn(TomlTable& table);
 
-/// [lower, upper] times `unit`, or of a ball a list of three such.
+/// [lower, upper] times `unit`; for a ball a list of three such pairs.
 std::vector<Range> read_ranges(const TomlTable& table, const toml::node& node, double unit, bool is_ball);
 
 /// A number (constant), a list of polynomial coefficients, or a table with a kind and its fields.
 TimeFunction read_time_function(const TomlTable& table, const toml::node& node, std::string_view label);
 
-/// Fills a struct's fields by their names: T::fields(value, FieldReader(...)). Sites, lists and the field
-/// that the kind is named after must be there; other fields keep their defaults where the file says nothing.
+/// Fills the fields of a struct by name: T::fields(value, FieldReader(...)). Sites, lists and the field named
+/// like the kind are required. Other fields keep their defaults if missing.
 class FieldReader {
  public:
   /// `mentions` may be null for structs without sites.
@@ -96,7 +96,8 @@ class FieldReader {
   Mentions* mentions_;
 };
 
-/// The alternative of a variant that `kind` names, with its fields; finishes the table.
+/// Reads the alternative of a variant that `kind` names, with its fields; finishes the table. Refuses an
+/// unknown kind.
 template <class Variant, std::size_t i = 0>
 Variant read_kind(TomlTable& table, const std::string& kind, Mentions* mentions,
                   std::vector<std::string_view> known = {}) {

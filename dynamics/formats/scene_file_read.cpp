@@ -107,8 +107,7 @@ ShapeElement read_shape(TomlTable& table) {
   if (density) out.density = table.number(*density, "density");
   if (mass) out.mass = table.number(*mass, "mass");
   table.finish();
-  // sizes, density and closedness are the shape's own to judge; a shape that is only seen is tried with mass
-  // 1
+  // the shape checks sizes, density and closedness; a shape for display only is checked with mass 1
   const auto fine = density ? inertial_of_density(out.shape, *out.density)
                             : inertial_of_mass(out.shape, out.mass.value_or(1));
   if (!fine) table.refuse(fine.error().message());
@@ -117,7 +116,7 @@ ShapeElement read_shape(TomlTable& table) {
 
 // ---- solids ----
 
-// `joint_nodes`: where each of its switches stands.
+// `joint_nodes`: receives the node of each switch.
 Solid read_solid(TomlTable& table, std::size_t number, std::vector<const toml::node*>& joint_nodes) {
   Solid out;
   table.rename(fmt::format("solid {}", number));
@@ -221,7 +220,7 @@ SimulationSettings read_simulation(TomlTable& table) {
 
 // ---- names ----
 
-// Names of one sort (solids, coordinates ...), each to be used once.
+// Names of one sort (solids, coordinates ...); each must be unique.
 class GivenNames {
  public:
   explicit GivenNames(std::string sort) : sort_(std::move(sort)) {}
@@ -248,7 +247,7 @@ class GivenNames {
 void check_circles(const TomlTable& root, const Scene& scene, const std::vector<const toml::node*>& nodes) {
   std::map<std::string, std::size_t> number;
   for (std::size_t i = 0; i < scene.solids.size(); ++i) number[scene.solids[i].name] = i;
-  std::vector<int> seen(scene.solids.size(), -1);  // by which start each solid was passed
+  std::vector<int> seen(scene.solids.size(), -1);  // per solid: the start of the last walk through it
   for (std::size_t start = 0; start < scene.solids.size(); ++start)
     for (std::string name = scene.solids[start].name; name != world_name;) {
       const std::size_t at = number.at(name);
@@ -356,8 +355,8 @@ class SceneReader {
   std::map<std::string, bool> is_angle_;  // by coordinate
 };
 
-// What a file is that is no text: by the bytes that its kind begins with (RFC 1952, HDF5's format
-// specification), else by a zero byte in its first line. Empty: a text, which may be a damaged one.
+// The kind of a file that is not text: by its first bytes (RFC 1952, HDF5's format specification), else by a
+// zero byte in its first line. Empty: a text, perhaps a damaged one.
 std::string what_else(std::string_view bytes) {
   if (bytes.starts_with("\x1f\x8b")) return "a compressed file, such as a volume (.nii.gz)";
   if (bytes.starts_with("\x89HDF\r\n\x1a\n")) return "an HDF5 file, such as a trajectory";

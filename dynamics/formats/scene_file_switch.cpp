@@ -10,7 +10,7 @@
 namespace borelli {
 namespace {
 
-// Fills a switch's fields: an axis stands under the kind's own key, the others under their names beside it.
+// Fills the fields of a switch: the axis under the key of the kind, the others under their names.
 struct SwitchReader {
   TomlTable& table;
   const toml::node& node;
@@ -24,8 +24,8 @@ struct SwitchReader {
   }
 };
 
-// The value under a switch's own key: an axis, `true`, or for a fixed one its position (the turn stands
-// beside it).
+// Reads the value under the key of the kind: an axis, `true`, or for a fixed switch its position (its
+// rotation has keys of its own).
 template <class T>
 void read_switch_kind(TomlTable& table, const toml::node& node, T& kind) {
   if constexpr (std::is_same_v<T, Fixed>) {
@@ -38,7 +38,7 @@ void read_switch_kind(TomlTable& table, const toml::node& node, T& kind) {
   }
 }
 
-// The kind under its key.
+// The switch kind that `key` names.
 template <std::size_t... i>
 SwitchKind read_switch_kind(TomlTable& table, std::string_view key, std::index_sequence<i...>) {
   SwitchKind out;
@@ -58,7 +58,7 @@ std::vector<std::string_view> kind_names(std::index_sequence<i...>) {
   return {std::variant_alternative_t<i, SwitchKind>::kind...};
 }
 
-// What stands under `key` in SI or under `key`_deg in degrees, and by how much to multiply it; null: neither.
+// The value under `key` (SI) or `key`_deg (degrees), and its factor to SI; null: neither.
 std::pair<const toml::node*, double> find_in_units(TomlTable& table, std::string_view key,
                                                    bool may_be_degrees) {
   const toml::node* node = table.find(key);
@@ -69,7 +69,7 @@ std::pair<const toml::node*, double> find_in_units(TomlTable& table, std::string
   return {node, 1};
 }
 
-// `count` numbers under `key` or `key`_deg (one stands alone, without a list); none: empty.
+// `count` numbers under `key` or `key`_deg (a single one without a list); empty if missing.
 std::vector<double> read_coordinate(TomlTable& table, std::string_view key, std::size_t count,
                                     bool may_be_degrees) {
   const auto [given, unit] = find_in_units(table, key, may_be_degrees);
@@ -137,7 +137,7 @@ std::vector<SwitchKind> cylindrical(const TomlTable& table, const toml::node& no
 
 std::vector<SwitchKind> planar(const TomlTable& table, const toml::node& node) {
   const Eigen::Vector3d normal = unit_direction(table, node, "planar");
-  // x and y for z, and so on in turn
+  // for the normal z the translations are along x and y; cyclic for the other axes
   Eigen::Index up;
   normal.cwiseAbs().maxCoeff(&up);
   const Eigen::Vector3d next = Eigen::Vector3d::Unit((up + 1) % 3);
@@ -154,7 +154,7 @@ std::vector<SwitchKind> free_in_space(const TomlTable& table, const toml::node& 
 const ShortForm short_forms[] = {
     {"universal", universal}, {"cylindrical", cylindrical}, {"planar", planar}, {"free", free_in_space}};
 
-// The switches of a short form; its coordinates are numbered from 1 behind its name.
+// The switches of a short form; their coordinates are its name and a number from 1.
 std::vector<Switch> read_short_form(TomlTable& table, const ShortForm& form) {
   std::vector<Switch> out;
   std::string name;
@@ -216,7 +216,7 @@ Switch read_elementary(TomlTable& table, std::string_view key) {
     table.refuse("has a value, but a driven coordinate has the value of its function");
   if (!out.q.empty() && std::holds_alternative<Coupled>(out.motion))
     table.refuse("has a value, but a coupled coordinate has the value of its function");
-  // where a coupled coordinate starts, the other one says
+  // the other coordinate determines the start of a coupled one
   if (out.ranges.empty() || std::holds_alternative<Coupled>(out.motion)) return out;
   std::vector<double> start = out.q;
   if (start.empty()) start = is_ball ? std::vector<double>{1, 0, 0, 0} : std::vector<double>{0};

@@ -1,4 +1,4 @@
-// A switch of a joint in a scene file: its kind, its coordinate, how that moves and where it may be.
+// A switch of a joint in a scene file: its kind, coordinate, motion and ranges.
 #pragma once
 
 #include "dynamics/formats/toml_table.hpp"
@@ -6,8 +6,8 @@
 
 namespace borelli {
 
-/// One table of a joint, read to its end: one switch, or those that a short form (universal, cylindrical,
-/// planar, free) stands for.
+/// Reads one table of a joint and finishes it: one switch, or the switches of a short form (universal,
+/// cylindrical, planar, free).
 std::vector<Switch> read_switches(TomlTable& table);
 
 }  // namespace borelli

@@ -19,7 +19,7 @@ using Entries = std::vector<std::pair<std::string, std::string>>;
 
 // The shortest text that reads back as the very same number.
 std::string text_of(double value) {
-  if (value == 0 && std::signbit(value)) return "-0.0";  // "-0" would be a whole number, without its sign
+  if (value == 0 && std::signbit(value)) return "-0.0";  // "-0" would be read as an integer, without its sign
   return fmt::format("{}", value);
 }
 
@@ -52,7 +52,7 @@ std::string text_of(const std::string& text) {
   return out + '"';
 }
 
-// Lines of prose stay lines.
+// Text of several lines as a multi-line string.
 std::string prose_of(const std::string& text) {
   if (text.find('\n') == std::string::npos) return text_of(text);
   std::string lines = text_of(text), out = "\"\"\"\n";
@@ -123,7 +123,7 @@ struct FieldWriter {
   void operator()(std::string_view key, const std::vector<Range>& field) {
     if (!field.empty()) add(key, ranges_of(field));
   }
-  // several functions: each a list or a table, so that they are told from one polynomial's coefficients
+  // several functions: each as a list or a table, to distinguish them from the coefficients of one polynomial
   void operator()(std::string_view key, const std::vector<TimeFunction>& field) {
     std::vector<std::string> texts;
     for (const TimeFunction& f : field) {
@@ -175,8 +175,8 @@ struct FieldWriter {
   }
 };
 
-// The fields that differ from those of a new struct; the kind first. What must be given always differs or is
-// a site.
+// The fields that differ from a default-constructed struct; the kind first. Required fields always differ or
+// are sites.
 template <class T>
 Entries entries_of(const T& value) {
   Entries given, fresh, out{{"kind", text_of(std::string(T::kind))}};
@@ -290,7 +290,7 @@ std::string shape_of(const ShapeElement& element) {
   return in_line(out);
 }
 
-// One entry stands in its line; several stand below each other.
+// One entry on one line; several entries one per line.
 std::string several(const std::vector<std::string>& entries) {
   if (entries.size() == 1) return fmt::format("[{}]", entries[0]);
   return fmt::format("[\n  {},\n]", fmt::join(entries, ",\n  "));
@@ -348,7 +348,7 @@ Entries simulation_of(const SimulationSettings& s) {
   return out;
 }
 
-// Of an effort or a constraint; fails where its kind is C++.
+// The text of an effort or a constraint; fails if its kind is user C++.
 template <class Action>
 Result<std::string> action_of(const std::string& what, const Action& action) {
   return std::visit(

@@ -9,7 +9,7 @@
 namespace borelli {
 namespace {
 
-// (node.value<double>() answers nothing for numbers below 2.2e-308)
+// (node.value<double>() returns nothing for numbers below 2.2e-308)
 double number_of(const toml::node& node) {
   if (const auto* whole = node.as_integer()) return static_cast<double>(whole->get());
   return node.as_floating_point()->get();

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::size_t deepest = 100;
 
-// Follows the text's keys and brackets without building anything.
+// Scans the nesting of keys and brackets without building anything.
 class NestingScan {
  public:
   explicit NestingScan(std::string_view text) : text_(text) {}
@@ -54,7 +54,7 @@ class NestingScan {
   }
 
  private:
-  // Goes on to the last quote of a string; one of a single line ends with it at the latest.
+  // Advances to the last quote of a string; a single-line string ends with its line at the latest.
   void skip_string() {
     const char quote = text_[at_];
     const std::string three(3, quote);
@@ -80,10 +80,11 @@ class NestingScan {
   std::size_t at_ = 0, line_ = 1;
   std::size_t parts_ = 1;          ///< of the key being read
   std::size_t outer_ = 0;          ///< sum of open_
-  std::vector<std::size_t> open_;  ///< of each open bracket, the parts of the key that it stands behind
+  std::vector<std::size_t> open_;  ///< per open bracket, the parts of the key before it
 };
 
-// "Error while parsing key-value pair: expected '=', saw ..." as the end of our sentence.
+// Rewords a message of the library, "Error while parsing key-value pair: expected '=', saw ...", as the end
+// of our sentence.
 std::string told(std::string_view description) {
   constexpr std::string_view begin = "Error while parsing ";
   const bool in_something = description.starts_with(begin);

@@ -1,5 +1,4 @@
-// Reading TOML, the same for every reader: what is no TOML or nested without end is refused with file and
-// line.
+// Parsing of TOML for all readers: invalid or too deeply nested text is refused with file and line.
 #pragma once
 
 #include <toml++/toml.h>
@@ -11,8 +10,8 @@
 
 namespace borelli {
 
-/// A text as a TOML table. Errors, at file:line: no TOML (what was found), more than 100 tables and lists in
-/// each other (each part of a dotted key is a table: the library would follow them by recursion).
+/// Parses a text as a TOML table. Errors, at file:line: invalid TOML (with what was found), or more than 100
+/// nested tables and lists. Each part of a dotted key is a table: the library would follow them by recursion.
 Result<toml::table> parse_toml(std::string_view text, const std::string& file);
 
 }  // namespace borelli

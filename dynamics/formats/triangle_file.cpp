@@ -92,7 +92,7 @@ Result<ClosedMesh> obj(const std::string& text, const std::string& file) {
                          fmt::format("the face names vertex {}, but {} stand before it", index, count));
       }
       if (corners.size() < 3) return bad_use(where(), "a face takes three corners or more");
-      if (corners.size() == 4) {  // along the shorter diagonal, which lies inside of most hollow ones too
+      if (corners.size() == 4) {  // along the shorter diagonal, which lies inside most non-convex ones too
         const auto far = [&](int i, int j) {
           return (mesh.vertices[corners[i]] - mesh.vertices[corners[j]]).norm();
         };
@@ -105,7 +105,8 @@ Result<ClosedMesh> obj(const std::string& text, const std::string& file) {
   return mesh;
 }
 
-// Four counts (vertices, normals, texture coordinates, triangles), then these: floats, floats, floats, ints.
+// Four counts (vertices, normals, texture coordinates, triangles), then their data: floats, floats, floats,
+// ints.
 Result<ClosedMesh> msh(const std::string& bytes, const std::string& file) {
   std::int32_t counts[4] = {};
   if (bytes.starts_with("$MeshFormat"))

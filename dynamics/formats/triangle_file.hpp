@@ -1,5 +1,5 @@
-// Triangles from mesh files: STL (binary and text), OBJ (vertices and faces; other lines are passed over) and
-// MuJoCo's own binary .msh.
+// Reads triangles from mesh files: STL (binary and text), OBJ (vertices and faces; other lines are skipped)
+// and MuJoCo's own binary .msh.
 #pragma once
 
 #include <filesystem>
@@ -9,9 +9,9 @@
 
 namespace borelli {
 
-/// The vertices and triangles of an .stl, .obj or .msh file, in the file's own unit and order; a face of four
-/// corners is cut along its shorter diagonal, one of more into a fan. Only the indices are checked, not
-/// whether the triangles close. An .obj or .msh may hold points alone. Errors name file and line.
+/// The vertices and triangles of an .stl, .obj or .msh file, in the unit and order of the file. A face of
+/// four corners is cut along its shorter diagonal, one of more into a fan. Only the indices are checked, not
+/// whether the mesh is closed. An .obj or .msh may hold points alone. Errors name file and line.
 Result<ClosedMesh> read_triangles(const std::filesystem::path& path);
 
 }  // namespace borelli

@@ -1,4 +1,4 @@
-// Names for what a model leaves without one.
+// Generates names for unnamed parts of a model.
 #pragma once
 
 #include <set>
@@ -6,13 +6,13 @@
 
 namespace borelli {
 
-/// Hands out names that differ from all before.
+/// Generates names that differ from all before.
 class UniqueNames {
  public:
-  /// Takes a name that a file gives. False if it is taken.
+  /// Registers a name that a file gives. False if it is taken.
   bool take(const std::string& name) { return taken_.insert(name).second; }
 
-  /// `wanted`, with primes behind it where that is taken.
+  /// `wanted`, with primes appended while it is taken.
   std::string make(std::string wanted) {
     while (!take(wanted)) wanted += "'";
     return wanted;

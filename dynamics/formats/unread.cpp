@@ -11,10 +11,10 @@ namespace borelli {
 namespace {
 
 struct Kind {
-  std::string first;                   // where
+  std::string first;                   // first place
   int count = 0;                       // elements
   std::set<std::string> attributes;    // empty: the whole element is unread
-  std::map<std::string, int> content;  // of an unread element: the names in it
+  std::map<std::string, int> content;  // of an unread element: the names in it, with counts
 };
 
 // Kinds by name, in the order of the file.

@@ -75,7 +75,7 @@ Matrix3d from_roll_pitch_yaw(const Vector3d& rpy) {
          rotation_about(Vector3d::UnitX(), rpy[0]);
 }
 
-// Where the <origin> of an element puts it.
+// The pose that the <origin> of an element gives.
 Pose origin_of(const XmlElement& element) {
   const XmlElement* origin = element.child("origin");
   if (!origin) return {};
@@ -102,7 +102,7 @@ void add_inertial(const XmlElement& link, Solid& solid) {
   solid.inertials.push_back(own.expressed_in(X.R, X.p));
 }
 
-// None: a mesh, or a primitive without size, whose place goes to `without_size`.
+// The form of a <geometry>. None: a mesh, or a primitive without size, whose place goes to `without_size`.
 std::optional<Form> form_of(const XmlElement& geometry, std::vector<std::string>& without_size) {
   std::optional<Form> form;
   double least = 0;
@@ -235,9 +235,9 @@ class UrdfReader {
     for (std::string& line : settled->other) model_.not_modelled.other.push_back(std::move(line));
   }
 
-  // The only link that is no joint's child, from which all others can be reached.
+  // The root: the only link that is no joint's child. All others must be reachable from it.
   std::string find_root() {
-    std::map<std::string, const XmlElement*> above;  // the joint that carries a link
+    std::map<std::string, const XmlElement*> above;  // per link: the joint that carries it
     for (const XmlElement* joint : joints_) {
       link_of(*joint, "parent");
       const std::string& child = link_of(*joint, "child");
@@ -377,14 +377,14 @@ class UrdfReader {
     return found != joint_names_.end() && found->second->text("type") == "fixed";
   }
 
-  // q = multiplier q' + offset
+  // mimic: q = multiplier q' + offset
   void add_mimic(const XmlElement& joint) {
     const XmlElement* mimic = joint.child("mimic");
     if (!mimic) return;
     const std::string &name = joint.require("name"), &other = mimic->require("joint");
-    if (is_fixed(name)) return;  // (of robots of which some joints were made fixed)
+    if (is_fixed(name)) return;  // (a joint that was made fixed)
     CoordinateCoupling coupling;
-    if (is_scalar(name) && is_fixed(other)) {  // which stays at zero
+    if (is_scalar(name) && is_fixed(other)) {  // then q' stays at zero
       mimic->find("multiplier");
       coupling.coordinates = {{name}};
       coupling.ratios = {1};
@@ -407,7 +407,7 @@ class UrdfReader {
   std::map<std::string, const XmlElement*> links_, joint_names_;
   std::vector<const XmlElement*> joints_;  // in file order
   XmlElement world_{.name = "link"};       // implied by a joint, at the place of its first mention
-  std::vector<std::string> without_size_;  // where such shapes stand
+  std::vector<std::string> without_size_;  // places of shapes without size
   std::set<std::string> coordinates_;
 };
 

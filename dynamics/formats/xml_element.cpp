@@ -75,7 +75,7 @@ std::vector<double> XmlElement::numbers(std::string_view key, std::size_t least,
     while (at != end && is_space(*at)) ++at;
     if (at == end) break;
     const char* word_end = std::find_if(at, end, is_space);
-    const char* begin = *at == '+' ? at + 1 : at;  // (from_chars knows no plus sign)
+    const char* begin = *at == '+' ? at + 1 : at;  // (from_chars rejects a plus sign)
     double x = 0;
     const auto [stop, problem] = std::from_chars(begin, word_end, x);
     if (problem != std::errc{} || stop != word_end || !std::isfinite(x))

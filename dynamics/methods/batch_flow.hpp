@@ -1,4 +1,4 @@
-// Eight motions of one System, in the lanes of a batch (batch.hpp), as one differential equation for the
+// Eight motions of one System, one per lane of a batch (batch.hpp), as one differential equation for the
 // methods of integrator.hpp.
 #pragma once
 
@@ -15,14 +15,14 @@
 
 namespace borelli {
 
-/// Its y holds, number by number and lane by lane, local coordinates, velocities and the work on each
-/// independent group.
+/// y holds local coordinates, velocities and the work on each independent group, number by number and, within
+/// each, lane by lane.
 class BatchFlow : public Flow {
  public:
   static constexpr int lanes = Lanes::count;
 
-  /// `controlled`: of which groups the method controls the work (as MotionFlow's), or empty; if of any, the
-  /// workspace has room for mass matrices.
+  /// `controlled`: per group, whether the method controls the error of its work (see MotionFlow); empty: no
+  /// group. If any is set, the workspace must have room for mass matrices.
   BatchFlow(const System& system, BatchWorkspace& workspace, const std::vector<char>& controlled)
       : system_(system),
         w_(workspace),
@@ -46,7 +46,7 @@ class BatchFlow : public Flow {
     local_rate(system_, x_.data(), state_.v.data(), rate_.data());
     for (int i = 0; i < system_.nv; ++i) rate_[i].store(dy.data() + lanes * i);
   }
-  /// Motion by motion, of each its eight states.
+  /// y holds eight states of each motion; the rates are found motion by motion.
   void position_rates(const Eigen::VectorX<Lanes>& y, Eigen::VectorX<Lanes>& dy) override {
     const int n = system_.nv;
     solved_ = false;
@@ -60,8 +60,8 @@ class BatchFlow : public Flow {
     }
   }
 
-  /// Centres the local coordinates on `state`, solves the equations there (unless they were solved there
-  /// last), and fills y, but for the works, and dy. False: those of some lane cannot be solved.
+  /// Centres the local coordinates on `state`. Solves the equations there unless the last solution is for
+  /// this state. Fills dy, and y except for the works. False: the equations of some lane cannot be solved.
   bool start(const BatchState& state, Eigen::VectorXd& y, Eigen::VectorXd& dy) {
     centre_ = state.q;
     for (int i = 0; i < system_.nv; ++i) {
@@ -93,7 +93,7 @@ class BatchFlow : public Flow {
     return solved_ = true;
   }
 
-  /// The state that y stands for.
+  /// Sets positions and velocities of `state` from y.
   void take(const Eigen::VectorXd& y, BatchState& state) {
     for (int i = 0; i < system_.nv; ++i) {
       x_[i] = Lanes::load(y.data() + lanes * i);
@@ -102,8 +102,7 @@ class BatchFlow : public Flow {
     from_local_coordinates(system_, centre_.data(), x_.data(), state.q.data());
   }
 
-  /// Other motions begin, with the inertial elements of the workspace, and none of the efforts that lanes
-  /// held.
+  /// Prepares for new motions with the inertial elements in the workspace; clears the efforts held per lane.
   void begin(const BatchState& state) {
     solved_ = holds_ = false;
     held_.setZero();
@@ -117,7 +116,7 @@ class BatchFlow : public Flow {
     scale_.tail(lanes * system_.groups).setConstant(std::numeric_limits<double>::infinity());
   }
 
-  /// As MotionFlow's, after find_energies.
+  /// As in MotionFlow. Call after find_energies.
   void set_work_scale() {
     for (std::size_t g = 0; g < controlled_.size(); ++g) {
       if (!controlled_[g]) continue;
@@ -129,23 +128,23 @@ class BatchFlow : public Flow {
     }
   }
 
-  /// From here on a lane holds such efforts (nv, or empty for none).
+  /// From now on the lane holds constant generalised efforts (nv, or empty: none).
   void hold(int lane, const Eigen::VectorXd& efforts) {
     for (Eigen::Index i = 0; i < efforts.size(); ++i) held_[i].set(lane, efforts[i]);
     holds_ = holds_ || efforts.size() > 0;
   }
-  /// A lane goes on as another one.
+  /// The lane continues as a copy of lane `other`.
   void copy_lane(int lane, int other) {
     for (Lanes& effort : held_) effort.set(lane, effort[other]);
     for (auto* energies : {&unit_energy_, &largest_energy_})
       for (Lanes& energy : *energies) energy.set(lane, energy[other]);
   }
 
-  /// Of which lanes the last derivative could not be had.
+  /// The lanes whose last derivative could not be evaluated.
   const std::array<bool, lanes>& failed() const { return failed_; }
 
  private:
-  // Local coordinates break down where a ball has turned by 2 pi from its centre.
+  // Local coordinates become singular when a ball has turned by 2 pi from their centre.
   static constexpr double largest_turn = 5;  // rad
 
   static bool same(const Eigen::VectorX<Lanes>& a, const Eigen::VectorX<Lanes>& b) {
@@ -154,7 +153,7 @@ class BatchFlow : public Flow {
     return true;
   }
 
-  /// x_ and the velocities of state_ from y.
+  /// Loads x_ and the velocities of state_ from y.
   void load(const Eigen::VectorXd& y) {
     solved_ = false;
     for (int i = 0; i < system_.nv; ++i) {
@@ -163,7 +162,7 @@ class BatchFlow : public Flow {
     }
   }
 
-  /// dy from the equations as solved last.
+  /// Fills dy from the last solution of the equations.
   void fill(Eigen::VectorXd& dy) {
     const int n = system_.nv;
     dy.resize(size());
@@ -188,7 +187,7 @@ class BatchFlow : public Flow {
     return any;
   }
 
-  /// As MotionFlow's.
+  /// As in MotionFlow.
   void set_scale(const BatchState& state) {
     const int n = system_.nv;
     for (const CoordinateInfo& info : system_.coordinates)
@@ -205,14 +204,15 @@ class BatchFlow : public Flow {
   const System& system_;
   BatchWorkspace& w_;
   const std::vector<char>& controlled_;
-  std::vector<Lanes> unit_energy_, largest_energy_;  ///< per group, where any is controlled
+  /// Per group, J (see MotionFlow); sized only if some group's work is controlled.
+  std::vector<Lanes> unit_energy_, largest_energy_;
   BatchState state_;
   Eigen::VectorX<Lanes> centre_, x_, rate_;
-  Eigen::VectorX<Lanes> held_;  ///< efforts, where holds_
+  Eigen::VectorX<Lanes> held_;  ///< generalised efforts per velocity; used if holds_
   bool holds_ = false;
   Eigen::VectorXd scale_;
   std::array<bool, lanes> failed_{};
-  bool solved_ = false;  ///< the workspace has the equations at state_
+  bool solved_ = false;  ///< the workspace holds the solution at state_
 };
 
 }  // namespace borelli

@@ -14,38 +14,39 @@ namespace {
 
 constexpr int nodes = Collocation::nodes, half = nodes / 2;
 
-// of the tolerance: what rounds may leave undone
+// Fraction of the tolerance that the iteration may leave as residual.
 constexpr double left_undone = 0.03;
-// a change of that size is rounding; rates are not taken from less than so many
+// Changes below `rounding` are rounding; rates are not estimated from changes below tells_rate * rounding.
 constexpr double rounding = 1e-15, tells_rate = 1e4;
-// of a change: what a round leaves of it at least, lest a single round pass for enough
+// Lower bound of the contraction rate, so that one lucky round does not end the iteration.
 constexpr double least_rate = 0.01;
-// rounds that leave more than that settle too slowly; steps aim at the other, and at so many rounds at most
+// Iterations with a rate above slowest_rate are abandoned. Steps aim at aimed_rate and at most aimed_rounds.
 constexpr double slowest_rate = 0.9, aimed_rate = 0.3;
 constexpr int most_rounds = 12, aimed_rounds = 8;
-// after so many rounds, and as many more, it is looked whether the step is hopeless: most are over by then
+// The check for a hopeless step runs every so many rounds; most steps end before the first check.
 constexpr int rounds_to_judgement = 4;
-// parts of steps, which are not judged, are made as far as they settle at all, or halved so many times
+// For shortened steps, whose error is not judged: the most rounds, and the most bisections of the step.
 constexpr int most_rounds_to_part = 60, most_divisions = 8;
-// in tolerances: the error that steps aim at, and one that more rounds will not change
+// In tolerances: the error that steps aim at, and an error that further rounds cannot repair.
 constexpr double aimed_error = 0.005, hopeless_error = 10;
-// of the tolerance: a last coefficient that, whatever falls, tells of no error (and may be rounding)
+// In tolerances: a smaller last coefficient shows no error (and may be rounding).
 constexpr double too_small = 0.05;
-// the seventh power of a half: coefficients fall by so much less than they did on the whole
+// (1/2)^7: bound on how much slower the coefficients may fall in the end than over all degrees.
 constexpr double slows = 1. / 128;
-// of the last coefficient: a change that alters little of it
+// Relative to the last coefficient: a smaller change no longer alters it.
 constexpr double settled_shape = 0.1;
-// from step to step
+// Bounds of the ratio of successive steps.
 constexpr double most_growth = 2, least_shrink = 0.2;
-// steps that are so many times as long as those known are foretold by nothing
+// A step longer than this multiple of the previous one starts without extrapolation.
 constexpr double farthest = 2.5;
-// of a coefficient and the next to where slopes are foretold: where these grow by more, few nodes foretell
-// better than many
+// Growth of a coefficient over the next one when slopes are extrapolated. Beyond this bound, extrapolation
+// from few nodes is better than from many.
 constexpr double farthest_growth = 1.2;
-// a slope leaps at an end of the step where it is so many times what smoothness explains from the others'
+// The slope jumps at an end of the step if its deviation there exceeds this multiple of what the last
+// coefficients explain.
 constexpr double leap = 8;
 
-/// One number at each node, or one weight for it.
+/// One number per node, or one weight per node.
 using AtNodes = Lanes;
 
 double legendre(int degree, double x) {
@@ -55,15 +56,15 @@ double legendre(int degree, double x) {
   return now;
 }
 
-/// Gauss' nodes on the interval from 0 to 1, and what follows from them, in lanes of type L.
+/// The Gauss nodes on [0, 1] and derived tables, in lanes of type L.
 template <class L>
 struct TablesOf {
   double c[nodes], b[nodes];
   L places;               ///< c
-  L coupling[nodes];      ///< per node: its slope's part in the moves to all of them
+  L coupling[nodes];      ///< per node: contribution of its slope to the moves to all nodes
   L weights;              ///< b
-  L coefficients[nodes];  ///< per node, and in lanes per degree: of Legendre's polynomials in the slopes
-  L start, end;           ///< the values there of a polynomial through those at the nodes
+  L coefficients[nodes];  ///< per node, one lane per degree: Legendre coefficients of the slopes
+  L start, end;           ///< weights that extrapolate a polynomial from the nodes to 0 and 1
 
   TablesOf() {
     for (int i = 0; i < nodes; ++i) {
@@ -104,7 +105,7 @@ double sum(const L& parts) {
   return ((parts[0] + parts[4]) + (parts[1] + parts[5])) + ((parts[2] + parts[6]) + (parts[3] + parts[7]));
 }
 
-/// What slopes at the nodes give, each times its weights.
+/// The weighted sum of the slopes at the nodes.
 template <class L>
 L combined(const L* weights, const L& slopes) {
   L even = 0, odd = 0;
@@ -115,8 +116,8 @@ L combined(const L* weights, const L& slopes) {
   return even + odd;
 }
 
-/// stages <- y and the moves by the slopes, of components from one to another. Gives the largest change of a
-/// stage, on the scale; no number where one is none.
+/// stages <- y plus h times the integrated slopes, for components from `from` to before `to`. Returns the
+/// largest change of a stage relative to the error scale; NaN if any stage is NaN.
 template <class L>
 double move(const TablesOf<L>& by, double h, const double* y, const double* scale, Eigen::Index from,
             Eigen::Index to, const L* slopes, L* stages) {
@@ -128,13 +129,14 @@ double move(const TablesOf<L>& by, double h, const double* y, const double* scal
     none += 0 * change;
     stages[i] = moved;
   }
-  // (no branches: which of them is the largest no processor can foretell)
+  // Branch-free maximum: the branches would be unpredictable.
   return std::max(std::max(std::max(most[0], most[4]), std::max(most[1], most[5])),
                   std::max(std::max(most[2], most[6]), std::max(most[3], most[7]))) +
          sum(none);
 }
 
-/// stages <- those to begin with, positions as if they went on as at the start: rates are asked for there.
+/// Initial stages: velocities as at the start, positions extrapolated with the start's rates, at which rates
+/// are then evaluated.
 template <class L>
 void begin_stages(const TablesOf<L>& by, double h, const double* y, const double* dy, Eigen::Index positions,
                   Eigen::Index size, L* stages) {
@@ -142,14 +144,14 @@ void begin_stages(const TablesOf<L>& by, double h, const double* y, const double
   for (Eigen::Index i = positions; i < size; ++i) stages[i] = y[i];
 }
 
-/// out <- y and the moves by the slopes over the whole step.
+/// out <- y plus the integral of the slopes over the step.
 template <class L>
 void finish(const TablesOf<L>& by, double h, const double* y, Eigen::Index size, const L* slopes,
             double* out) {
   for (Eigen::Index i = 0; i < size; ++i) out[i] = y[i] + h * sum(L(by.weights * slopes[i]));
 }
 
-/// Per component with a scale, in lanes per degree: the coefficients of Legendre's polynomials in the slopes.
+/// Per component with a scale, one lane per degree: the Legendre coefficients of the slopes.
 template <class L>
 void find_coefficients(const TablesOf<L>& by, const L* slopes, const Eigen::VectorXd& scale,
                        L* coefficients) {
@@ -157,8 +159,8 @@ void find_coefficients(const TablesOf<L>& by, const L* slopes, const Eigen::Vect
     if (!std::isinf(scale[i])) coefficients[i] = combined(by.coefficients, slopes[i]);
 }
 
-/// The places at which a polynomial is known: nodes `from` to `to` of a step, and that at which the step to
-/// come begins, listed last.
+/// The points at which a polynomial is known: nodes `from` to before `to` of a step, and the start of the
+/// next step, listed last.
 struct Support {
   int from, to;
   double at[nodes + 1], scale[nodes + 1];
@@ -175,7 +177,7 @@ struct Support {
   bool holds(int place) const { return place == nodes || (place >= from && place < to); }
 };
 
-/// What such a polynomial has at eight other places: the weights of what is known.
+/// The values of that polynomial at eight other points, as weights of the known values.
 template <class L>
 struct Continuation {
   L weights[nodes + 1];
@@ -198,7 +200,8 @@ struct Continuation {
 const Support of_this_step(0, nodes, 0), of_step_before(1, nodes, 1), of_its_end(nodes - 2, nodes, 1),
     of_first_half(0, half, 0);
 
-/// slopes <- of components from one to another, those at `where`, of the polynomial through what is known.
+/// slopes <- the polynomial through the known values at the points `where`, for components from `from` to
+/// before `to`.
 template <class L>
 void continue_slopes(const Support& by, const L& where, Eigen::Index from, Eigen::Index to,
                      const double* start, L* slopes) {
@@ -215,7 +218,7 @@ void continue_slopes(const Support& by, const Lanes& where, const Flow& flow, co
                acting_components(flow), dy.data(), slopes.data());
 }
 
-/// By how much a term of Legendre's polynomials grows from degree to degree at x, from -1 to 1 not at all.
+/// Growth of Legendre polynomials per degree at x; 1 within [-1, 1].
 double growth(double x) { return x + std::sqrt(x * x - 1); }
 
 }  // namespace
@@ -234,8 +237,8 @@ bool Collocation::keep(Keeper& k) {
   return true;
 }
 
-/// slopes_ <- what they may be: of the step before, its last nodes with the slope at the start, as many as
-/// its coefficients' fall bears.
+/// Initial slopes: extrapolated from the last nodes of the previous step and the slope at the start. The fall
+/// of the coefficients decides how many nodes to use.
 void Collocation::guess(const Flow& flow, double h, const Eigen::VectorXd& dy) {
   const double ratio = h / last_.step;
   if (last_.known == Known::nothing || ratio > farthest) {
@@ -245,16 +248,16 @@ void Collocation::guess(const Flow& flow, double h, const Eigen::VectorXd& dy) {
     return;
   }
   const bool before = last_.known == Known::step_before;
-  // the first half of the nodes are what counts: one by one, these foretell the others again (and side by
-  // side, what the last of them would bear takes more rounds, not fewer)
+  // Only the first half of the nodes counts here. Without lanes, these nodes predict the others again; with
+  // lanes, extrapolating from more nodes up to the last one costs more rounds, not fewer.
   const bool far = last_.fall * growth(1 + 2 * tables.c[half - 1] * ratio) > farthest_growth;
   const Support& by = !before ? of_this_step : far ? of_its_end : of_step_before;
   continue_slopes(by, by.at[nodes] + ratio * tables.places, flow, dy, slopes_);
   last_.rate = std::min(1., last_.rate * ratio * ratio);
 }
 
-/// stages_ <- where the slopes lead, positions by the rates of the velocities' stages. Gives the largest
-/// change.
+/// stages_ <- the stages by the present slopes; positions use the rates at the stages of the velocities.
+/// Returns the largest change.
 double Collocation::place(Flow& flow, double h, const Eigen::VectorXd& y) {
   const Eigen::Index positions = flow.positions(), acting = acting_components(flow);
   const double* scale = flow.error_scale().data();
@@ -270,7 +273,7 @@ double Collocation::place(Flow& flow, double h, const Eigen::VectorXd& y) {
   return change;
 }
 
-/// slopes_ <- those at the stages of nodes from one to another.
+/// slopes_ <- the slopes at the stages of nodes `from` to before `to`.
 bool Collocation::evaluate(Flow& flow, double t, double h, int from, int to) {
   const Eigen::Index size = stages_.size();
   stage_.resize(size);
@@ -282,7 +285,8 @@ bool Collocation::evaluate(Flow& flow, double t, double h, int from, int to) {
   return true;
 }
 
-/// slopes_ <- those at all stages; in the first round of some steps, the second half where the first leads.
+/// slopes_ <- the slopes at all stages. With `foretell`, the first half of the nodes predicts the stages of
+/// the second half (only without lanes).
 bool Collocation::evaluate(Flow& flow, double t, double h, const Eigen::VectorXd& y,
                            const Eigen::VectorXd& dy, bool foretell) {
   if (flow.has_lanes()) return flow.derivatives(stages_, nodes, slopes_);
@@ -315,7 +319,7 @@ Collocation::Outcome Collocation::solve(Flow& flow, double t, double h, const Ei
     else if (rounds_ > 1)
       last_.rate = std::max(change / before, least_rate);
     if (last_.rate < 1 && last_.rate * change <= left_undone * tolerance_ * (1 - last_.rate)) {
-      // (slopes of one round are rough: a long step to come may ask for more)
+      // The slopes after one round are rough; a longer next step may need more rounds.
       if (rounds_ > 1 || !judged || change <= rounding || judge(flow, h).error <= aimed_error) break;
     } else if (judged) {
       if (rounds_ % rounds_to_judgement == 0) {
@@ -334,8 +338,8 @@ Collocation::Outcome Collocation::solve(Flow& flow, double t, double h, const Ei
   return Outcome::solved;
 }
 
-/// The step's error. Of each component Legendre's coefficients of the slopes fall by much the same
-/// ratio from one to the next; what the rule does not see begins with the sixteenth.
+/// The error of the step. Legendre coefficients of the slopes fall by a roughly constant ratio per component.
+/// The quadrature error begins with the sixteenth coefficient.
 Collocation::Judgement Collocation::judge(const Flow& flow, double h) {
   const Eigen::VectorXd& scale = flow.error_scale();
   coefficients_.resize(scale.size());
@@ -352,7 +356,7 @@ Collocation::Judgement Collocation::judge(const Flow& flow, double h) {
     const double fall = falls < 1 ? std::sqrt(std::sqrt(falls)) : 1;
     const double coefficient = std::max(last, fall * last_but_one);
     if (coefficient <= too_small * tolerance_) continue;
-    // (those that fall much slower than before may be of a kink, and go on slower yet)
+    // Coefficients that fall much slower at high degrees may come from a kink and then fall even slower.
     const double fourth = fall * fall * fall * fall, seventh = fourth * fall * fall * fall;
     const bool flattens = slows * seventh * size(0) > coefficient;
     const double error = coefficient * fourth * (flattens ? 1 : fourth * fall) / tolerance_;
@@ -361,8 +365,8 @@ Collocation::Judgement Collocation::judge(const Flow& flow, double h) {
   return out;
 }
 
-/// Whether the slope, being slope_ at the step's end, leaps between an end and the node next to it by what
-/// would make an error.
+/// Whether the slope jumps between an end of the step and the nearest node by enough to cause an error above
+/// the tolerance. slope_ is the slope at the step's end.
 bool Collocation::leaps_at_an_end(const Flow& flow, double h, const Eigen::VectorXd& dy) const {
   const Eigen::VectorXd& scale = flow.error_scale();
   for (Eigen::Index i = flow.positions(); i < scale.size(); ++i) {
@@ -406,7 +410,7 @@ Attempt Collocation::attempt(Flow& flow, double t, double h, const Eigen::Vector
   return attempt;
 }
 
-/// With as many divisions by two as it takes, at most so many.
+/// Solves a step by repeated bisection where needed, at most `divisions` times.
 bool Collocation::solve_in_parts(Flow& flow, double t, double h, const Eigen::VectorXd& y,
                                  const Eigen::VectorXd& dy, int divisions, Eigen::VectorXd& out) {
   const Outcome outcome = solve(flow, t, h, y, dy, false, out);

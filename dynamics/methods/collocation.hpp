@@ -1,12 +1,13 @@
-// Collocation at Gauss' eight nodes, of order 16, with steps as long as the tolerance allows. The slopes at
-// the nodes are iterated as they stand, from what the step before foretells: a step takes some five rounds of
-// eight slopes, of which none waits for another (Everhart 1985, An efficient integrator that uses Gauss-Radau
-// spacings; Rein and Spiegel, MNRAS 446, 2015). Positions follow from the velocities of the same round. Where
-// a flow has slopes of several states side by side (Flow::has_lanes), a round takes hardly longer than one of
-// them; one by one, the first half of the nodes foretell the others.
+// Gauss collocation at eight nodes, order 16, with steps as long as the tolerance allows. Fixed-point
+// iteration finds the slopes at the nodes; it starts from an extrapolation of the previous step. A step takes
+// about five rounds of eight slopes, and the slopes of a round are independent of each other (Everhart 1985,
+// An efficient integrator that uses Gauss-Radau spacings; Rein and Spiegel, MNRAS 446, 2015). Positions
+// follow from the velocities of the same round. If the flow evaluates several states side by side
+// (Flow::has_lanes), a round costs little more than one slope. Otherwise the first half of the nodes predicts
+// the second half in the first round.
 //
-// For smooth motions. Stiff ones make the steps short, as they do those of explicit methods: in longer ones
-// the rounds would not settle.
+// The method is for smooth motions. Stiff ones force short steps, as with explicit methods: in longer steps
+// the iteration does not converge.
 #pragma once
 
 #include "dynamics/methods/integrator.hpp"
@@ -21,11 +22,11 @@ class Collocation : public Integrator {
   Attempt attempt(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
                   Eigen::VectorXd& out) override;
   int dense_order() const override { return nodes; }
-  /// The polynomial that the step's slopes make: coarser than the step's end.
+  /// The collocation polynomial of the step. It is less accurate than the end of the step.
   bool prepare_dense(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
                      const Eigen::VectorXd& out) override;
   void interpolate(double theta, Eigen::VectorXd& y) const override;
-  /// Begun with the slopes of the step last attempted.
+  /// Starts the iteration from the slopes of the last attempted step.
   bool shortened(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
                  Eigen::VectorXd& out) override;
   bool keep(Keeper& k) override;
@@ -37,12 +38,12 @@ class Collocation : public Integrator {
   enum class Outcome { solved, hopeless, unsettled, not_evaluated };
   enum class Known { nothing, this_step, step_before };
 
-  /// Of a step by its slopes; the component with the largest error tells.
+  /// Error estimate of a step, taken from its slopes; the component with the largest error decides.
   struct Judgement {
-    double error = 0;        ///< in tolerances
-    double fall = 0;         ///< from one coefficient of its slopes, by Legendre, to the next
-    double coefficient = 0;  ///< the last of these, as a move over the step, on the scale
-    int worst = -1;          ///< which component; -1: none has an error to speak of
+    double error = 0;        ///< in units of the tolerance
+    double fall = 0;         ///< ratio of one Legendre coefficient of the slopes to the previous one
+    double coefficient = 0;  ///< last Legendre coefficient times h, relative to the error scale
+    int worst = -1;          ///< index of that component; -1: no component has a significant error
   };
 
   Outcome solve(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
@@ -58,21 +59,23 @@ class Collocation : public Integrator {
   bool leaps_at_an_end(const Flow& flow, double h, const Eigen::VectorXd& dy) const;
 
   double tolerance_;
-  /// Of the step last attempted.
+  /// State of the last attempted step.
   struct Last {
-    Known known = Known::nothing;  ///< whose slopes slopes_ are, as seen from the step to come
+    Known known = Known::nothing;  ///< which step slopes_ belong to, relative to the next one
     double step = 0;               ///< s
-    double rate = 1;               ///< so much of a change was left after one more round
-    double fall = 1;               ///< Judgement::fall, where there was one
+    double rate = 1;  ///< contraction rate of the iteration: change of a round over that of the previous one
+    double fall = 1;  ///< last Judgement::fall that was found
   } last_;
   int rounds_ = 0;
   bool rejected_ = false;
-  Eigen::VectorX<Lanes> slopes_, stages_;  ///< at the nodes, per component
+  Eigen::VectorX<Lanes> slopes_, stages_;  ///< per component, one node per lane
   Eigen::VectorX<Lanes> kept_;
-  Eigen::VectorX<Lanes>
-      coefficients_;               ///< of Legendre's polynomials in slopes_, as last judged, per component
-  Eigen::VectorXd stage_, slope_;  ///< of a node by itself; the slope at the end
-  Eigen::VectorXd start_;          ///< of the step that dense output is for
+  /// Coefficients of the Legendre polynomials in slopes_, per component, from the last judge().
+  Eigen::VectorX<Lanes> coefficients_;
+  /// State and slope at a single node; slope_ also holds the slope at the step's end.
+  Eigen::VectorXd stage_, slope_;
+  /// State and slope at a single node; slope_ also holds the slope at the step's end.
+  Eigen::VectorXd start_;
 };
 
 }  // namespace borelli

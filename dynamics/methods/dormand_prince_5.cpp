@@ -42,7 +42,7 @@ constexpr double coupling[] = {0,
                                49.0 / 176,
                                -5103.0 / 18656,
                                0};
-// the fifth-order weights less the fourth-order ones
+// Fifth-order weights minus fourth-order weights.
 constexpr double error[] = {71.0 / 57600,      0,          -71.0 / 16695, 71.0 / 1920,
                             -17253.0 / 339200, 22.0 / 525, -1.0 / 40};
 constexpr double dense_weights[] = {-12715105075.0 / 11282082432,  0,

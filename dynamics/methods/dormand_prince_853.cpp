@@ -1,5 +1,5 @@
-// The numbers of DOP853 (Hairer, Norsett, Wanner, Solving ODEs I, section II.10, and the authors' program of
-// that name). The order conditions of step, estimates and dense output are tested up to their orders.
+// Coefficients of DOP853 (Hairer, Norsett, Wanner, Solving ODEs I, section II.10, and the authors' program
+// DOP853). Tests check the order conditions of step, estimates and dense output.
 #include "dynamics/methods/embedded_runge_kutta.hpp"
 
 namespace borelli {
@@ -76,7 +76,7 @@ constexpr double error[] = {0.1312004499419488073250102996e-01,
                             -0.2235530786388629525884427845e-01,
                             0};
 
-// the eighth-order weights less third-order ones at the first, ninth and twelfth stage
+// Eighth-order weights minus those of a third-order formula on the first, ninth and twelfth stage.
 constexpr double coarse_error[] = {weights[0] - 0.244094488188976377952755905512,
                                    0,
                                    0,

@@ -7,16 +7,17 @@ namespace borelli {
 
 namespace {
 
-/// The power of h that the estimated error goes with.
+/// The power of h in the estimated error.
 int error_power(const EmbeddedTableau& tableau) {
-  // a damped estimate of order 5 and 3 goes as h^8 (II.10 of the book), that of a 5(4) pair as h^5
+  // The damped estimate of orders 5 and 3 goes as h^8 (section II.10 of the book), that of a 5(4) pair as
+  // h^5.
   return tableau.step.order;
 }
 
-// slopes that differ by less than this part of their size differ by rounding
+// Slopes whose relative difference is smaller differ only by rounding.
 constexpr double rounding = 1e-12;
 
-/// Between two vectors over `count` components from `first` on, each part against its scale.
+/// Euclidean distance of two vectors over `count` components from `first`, each relative to its scale.
 double distance(const Eigen::VectorXd& scale, const Eigen::VectorXd& a, const Eigen::VectorXd& b,
                 Eigen::Index first, Eigen::Index count) {
   return (a.segment(first, count) - b.segment(first, count))
@@ -37,7 +38,7 @@ EmbeddedRungeKutta::EmbeddedRungeKutta(const EmbeddedTableau& tableau, double to
       k_(tableau.all_stages()),
       dense_(4 + tableau.dense_weights.size() / tableau.all_stages()) {}
 
-/// The slope of a stage made of the `stages` before it.
+/// The slope at a stage that uses the first `stages` slopes.
 bool EmbeddedRungeKutta::evaluate(Flow& flow, double t, double h, const Eigen::VectorXd& y, double node,
                                   const double* coupling, int stages, Eigen::VectorXd& slope) {
   stage_ = y;
@@ -65,7 +66,7 @@ Attempt EmbeddedRungeKutta::attempt(Flow& flow, double t, double h, const Eigen:
   const double error = error_of(flow.error_scale(), h, attempt.worst) / tolerance_;
   if (!std::isfinite(error)) return failed;
   attempt.accepted = error <= 1;
-  if (attempt.accepted) {  // its last stage, which stage_ still is, lies at the step's end as well
+  if (attempt.accepted) {  // the last stage, still in stage_, also lies at the step's end
     last_known_ = true;
     last_step_ = h;
     last_slope_ = k_[stages - 1];
@@ -76,10 +77,10 @@ Attempt EmbeddedRungeKutta::attempt(Flow& flow, double t, double h, const Eigen:
   return attempt;
 }
 
-/// From the slope's size and how fast it changes: of what moves by `speed` and turns at `rate` the p-th
-/// derivative is about speed rate^(p-1), a hundred times what an error grows by (after Hairer, Norsett,
-/// Wanner, Solving ODEs I, section II.4, whose guess is no longer in other units of time); and no farther
-/// than the scale of what moves.
+/// Estimates the first step from the size of the slope and its rate of change: for motion with `speed` and
+/// `rate`, the p-th derivative is about speed rate^(p-1), and the error is taken as 100 times that. After
+/// Hairer, Norsett, Wanner, Solving ODEs I, section II.4, whose estimate depends on the unit of time. The
+/// step moves no component by more than its scale.
 double EmbeddedRungeKutta::first_step(Flow& flow, double t, const Eigen::VectorXd& y,
                                       const Eigen::VectorXd& dy) {
   const auto largest = [&](const Eigen::VectorXd& of) {
@@ -95,11 +96,11 @@ double EmbeddedRungeKutta::first_step(Flow& flow, double t, const Eigen::VectorX
   return std::isfinite(h) ? std::min(h, whole) : whole;
 }
 
-/// The last stage of a step and its result are two states at one time. How their slopes differ estimates the
-/// largest eigenvalue; fifteen steps of which stability allows no longer ones tell stiffness, six others
-/// before them take it back (Hairer and Wanner, Solving ODEs II, section IV.2). Where y holds positions, it
-/// is the velocities' slopes that are compared: those of positions are written in the local coordinates of
-/// their own step.
+/// The last stage of a step and its result are two states at the same time. The difference of their slopes
+/// estimates the largest eigenvalue. The scene is stiff after fifteen steps at the stability limit, unless
+/// six other steps come between (Hairer and Wanner, Solving ODEs II, section IV.2). If y holds positions,
+/// only the velocities' slopes are compared, because the slopes of positions belong to the local coordinates
+/// of their own step.
 void EmbeddedRungeKutta::test_stiffness(const Flow& flow, const Eigen::VectorXd& dy) {
   if (!last_known_) return;
   last_known_ = false;

@@ -1,6 +1,6 @@
-// Explicit Runge-Kutta pairs with an estimate of the error, a step that follows it, and dense output of their
-// own: Dormand-Prince 5(4) and the eighth-order DOP853. Hairer, Norsett, Wanner, Solving Ordinary
-// Differential Equations I (second edition), sections II.4 to II.6.
+// Embedded explicit Runge-Kutta pairs with error estimate, step control and their own dense output:
+// Dormand-Prince 5(4) and DOP853. Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I (second
+// edition), sections II.4 to II.6.
 #pragma once
 
 #include <span>
@@ -10,22 +10,22 @@
 
 namespace borelli {
 
-/// A pair with its dense output. Stages are numbered: those of the step, the slope at the step's end (which
-/// is the first stage of the next step), those that only dense output asks for.
+/// A pair with its dense output. The stages are numbered in this order: those of the step, the slope at the
+/// step's end (the first stage of the next step), those that only dense output needs.
 struct EmbeddedTableau {
   Tableau step;
-  std::span<const double> error;  ///< weights of the error's estimate, over the step's stages and the end's
-  /// Weights of a second, coarser estimate e3 that damps the first: |e|^2 / sqrt(|e|^2 + 0.01 |e3|^2); or
-  /// none.
+  std::span<const double> error;  ///< weights of the error estimate, over the step's stages and the end slope
+  /// Weights of a coarser estimate e3 that damps the first: |e|^2 / sqrt(|e|^2 + 0.01 |e3|^2). Empty: none.
   std::span<const double> coarse_error;
   int dense_order;
-  int dense_stages;  ///< beside the step's and the end's
+  int dense_stages;  ///< stages beyond the step's and the end slope
   std::span<const double> dense_nodes;
   std::span<const double> dense_coupling;  ///< rows over all stages
-  /// Rows over all stages: the dense output's terms after the first four, which are those of Hermite's cubic.
+  /// Rows over all stages: the terms of dense output after the first four, which are those of Hermite's
+  /// cubic.
   std::span<const double> dense_weights;
   StepControl::Limits limits;
-  double stability;  ///< the product of step and slope's rate of change up to which the method is stable
+  double stability;  ///< stability bound on the step times the slope's rate of change
   int all_stages() const { return step.stages + 1 + dense_stages; }
 };
 
@@ -57,14 +57,14 @@ class EmbeddedRungeKutta : public Integrator {
   const EmbeddedTableau& tableau_;
   double tolerance_;
   StepControl control_;
-  // the stiffness test: the last stage of the step before, and what its slope was
+  // Stiffness test: distance of the previous step's last stage from its end, its step, its slope.
   bool last_known_ = false;
   double last_gap_ = 0, last_step_ = 0;
   Eigen::VectorXd last_slope_;
   int stiff_steps_ = 0, other_steps_ = 0;
   bool stiff_ = false;
-  double dense_step_ = 0;               ///< s, of the step that dense output is ready for
-  bool end_known_ = false;              ///< k_[stages] is the slope at the end of the step last attempted
+  double dense_step_ = 0;               ///< s, length of the step that dense output covers
+  bool end_known_ = false;              ///< k_[stages] is the slope at the end of the last attempted step
   std::vector<Eigen::VectorXd> k_;      ///< all stages
   std::vector<Eigen::VectorXd> dense_;  ///< terms of the dense output
   Eigen::VectorXd stage_;

@@ -1,5 +1,5 @@
-// Explicit Runge-Kutta methods with a fixed step: Euler, midpoint (second order), and the classical fourth
-// order (Press et al., Numerical Recipes, section 16.1), from their tableaus.
+// Explicit Runge-Kutta methods with fixed steps, given by their tableaus: Euler, midpoint rule (order 2) and
+// the classical method of order 4 (Press et al., Numerical Recipes, section 16.1).
 #pragma once
 
 #include <span>
@@ -8,7 +8,7 @@
 
 namespace borelli {
 
-/// A tableau: stage i is evaluated at t + nodes[i] h, y + h sum_j coupling[i][j] k_j; the step is h sum
+/// A Butcher tableau: k_i is the slope at t + nodes[i] h, y + h sum_j coupling[i][j] k_j; the step adds h sum
 /// weights[i] k_i.
 struct Tableau {
   int order;

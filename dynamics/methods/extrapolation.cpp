@@ -10,17 +10,17 @@ namespace borelli {
 
 namespace {
 
-// a slope bends so many times more over one substep than over any other where it leaps there
+// The slope jumps in a substep if its second difference there exceeds this multiple of those elsewhere.
 constexpr double leap = 8;
 
-// second differences of a slope to its first ones: 2 where it goes to and fro with the substeps, 1 at a leap,
-// the less the smoother
+// Ratio of second to first differences of the slope: 2 if it alternates with the substeps, 1 at a jump, small
+// if smooth.
 constexpr double rattle = 1.5;
 
-// what four slopes side by side cost beside one (orders and times are much the same from 0.7 to 2.2)
+// Cost of four slopes in lanes relative to one slope; orders and times hardly depend on it from 0.7 to 2.2.
 constexpr double cost_of_lanes = 1.5;
 
-/// Readies the midpoint rule in every lane, by its own substep.
+/// Starts the midpoint rule in every lane with its own substep.
 BORELLI_INLINED_FOR_PROCESSOR
 void begin_rows(const Eigen::VectorXd& y, const Eigen::VectorXd& dy, const Quad& substep, Quad* before,
                 Quad* now) {
@@ -30,7 +30,7 @@ void begin_rows(const Eigen::VectorXd& y, const Eigen::VectorXd& dy, const Quad&
   }
 }
 
-/// A substep of the midpoint rule in every lane, from before the state with that slope to after it.
+/// One substep of the midpoint rule in every lane: `before` <- the state after the one with this slope.
 BORELLI_INLINED_FOR_PROCESSOR
 void make_substep(Eigen::Index size, const Quad& substep, const Quad* slope, Quad* before) {
   for (Eigen::Index i = 0; i < size; ++i) before[i] += 2 * substep * slope[i];
@@ -54,7 +54,7 @@ Extrapolation::Extrapolation(double tolerance, int rows)
   reset();
 }
 
-/// Sets what rows take, with the slope at the start.
+/// Sets the cost of the rows in slopes, including the slope at the start.
 void Extrapolation::work_side_by_side(bool side_by_side) {
   side_by_side_ = side_by_side;
   work_[0] = 1;
@@ -63,13 +63,13 @@ void Extrapolation::work_side_by_side(bool side_by_side) {
 }
 
 void Extrapolation::reset() {
-  // a digit or two per row, as the book's program has it
+  // One or two digits per row, as in the program of the book.
   target_ = fixed_rows_ > 0 ? fixed_rows_
                             : std::clamp(int(1.5 - 0.6 * std::log10(tolerance_)), least_target, most_target);
   rejected_ = false;
 }
 
-/// now_ <- the midpoint rule with the row's substeps. False: not evaluable.
+/// now_ <- the midpoint rule with the row's substeps. False: f could not be evaluated.
 bool Extrapolation::make_row(Flow& flow, double t, double h, const Eigen::VectorXd& y,
                              const Eigen::VectorXd& dy, int row) {
   const int count = substeps(row);
@@ -91,7 +91,7 @@ bool Extrapolation::make_row(Flow& flow, double t, double h, const Eigen::Vector
   return true;
 }
 
-/// The longest rows begin a lane each; every other follows in the lane that is free first.
+/// Distributes rows over lanes: the longest rows first, each to the lane that is free first.
 Extrapolation::Shares Extrapolation::share(int rows) {
   Shares out;
   int taken[Quad::count] = {}, last[Quad::count] = {};
@@ -105,13 +105,13 @@ Extrapolation::Shares Extrapolation::share(int rows) {
   return out;
 }
 
-/// ends_ <- the midpoint rule with the substeps of each of `rows` rows. False: not evaluable.
+/// ends_ <- the midpoint rule for each of `rows` rows. False: f could not be evaluated.
 bool Extrapolation::make_rows(Flow& flow, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
                               int rows) {
   const Eigen::Index size = y.size();
   const Shares shares = share(rows);
-  int row[Quad::count], made[Quad::count];  // at work in each lane, and its substeps
-  Quad substep = 0;                         // of a lane that is done: it stays at the start
+  int row[Quad::count], made[Quad::count];  // per lane: its current row, and the substeps made of it
+  Quad substep = 0;                         // zero in a finished lane, which stays at the start
   int working = 0;
   const auto begin_row = [&](int lane, int next) {
     row[lane] = next;
@@ -127,7 +127,7 @@ bool Extrapolation::make_rows(Flow& flow, double h, const Eigen::VectorXd& y, co
   change_.setZero(size);
   for (int i = 1; i <= shares.slopes; ++i) {
     if (!flow.derivatives(now_lanes_, working, slope_lanes_)) return false;
-    if (i < substeps(rows)) {  // the first lane is that of the last row, which leaps_or_rattles() looks at
+    if (i < substeps(rows)) {  // the first lane makes the last row, which leaps_or_rattles() checks
       slope_before_that_.swap(slope_before_);
       slope_before_.swap(slope_);
       slope_.resize(size);
@@ -152,18 +152,18 @@ bool Extrapolation::make_rows(Flow& flow, double h, const Eigen::VectorXd& y, co
   return true;
 }
 
-/// After the i-th slope within a row.
+/// Updates the differences of slopes after the i-th slope of a row.
 void Extrapolation::note_bend(int i) {
   if (i > 1) change_ = change_.cwiseMax((slope_ - slope_before_).cwiseAbs());
   if (i == 2) first_bend_ = (slope_ - 2 * slope_before_ + slope_before_that_).cwiseAbs();
   if (i > 2) bend_ = bend_.cwiseMax((slope_ - 2 * slope_before_ + slope_before_that_).cwiseAbs());
 }
 
-/// The extrapolation from the row in now_ and those before; then, of the last rows, the error and the step
-/// that would bring it to the tolerance. False: not finite.
+/// Extrapolates from the row in now_ and the previous rows. For the last rows, finds the error and the step
+/// for the target error. False: not finite.
 bool Extrapolation::extrapolate(const Eigen::VectorXd& scale, double h, int row) {
   const int count = substeps(row);
-  // Aitken and Neville: now_ passes along the row, table_ keeps the row before until it is replaced
+  // Aitken-Neville: now_ passes along the row; table_ holds the previous row until it is overwritten.
   for (int column = 1; column < row; ++column) {
     const double ratio = double(count) / substeps(row - column);
     next_ = now_ + (1 / (ratio * ratio - 1)) * (now_ - table_[column - 1]);
@@ -171,7 +171,7 @@ bool Extrapolation::extrapolate(const Eigen::VectorXd& scale, double h, int row)
     now_.swap(next_);
   }
   table_[row - 1] = now_;
-  if (row < std::max(2, target_ - 2)) return now_.allFinite();  // neither step nor order follows from it
+  if (row < std::max(2, target_ - 2)) return now_.allFinite();  // such a row sets neither step nor order
 
   double error = 0;
   for (Eigen::Index i = 0; i < now_.size(); ++i)
@@ -186,9 +186,9 @@ bool Extrapolation::extrapolate(const Eigen::VectorXd& scale, double h, int row)
   return true;
 }
 
-/// Whether the slope, being next_ at the step's end, leaps within the first or the last substep of the last
-/// row by what would make an error, or goes to and fro: a row's even and odd states, each from the slopes of
-/// the others alone, have parted, which all rows may do alike beside a kink.
+/// Whether the slope jumps within the first or last substep of the last row by enough to cause an error, or
+/// alternates from substep to substep. (Even and odd states of a row, each made from the slopes of the other,
+/// have then separated; beside a kink all rows may do so alike.) next_ is the slope at the step's end.
 bool Extrapolation::leaps_or_rattles(const Eigen::VectorXd& scale, double substep) const {
   for (Eigen::Index i = 0; i < next_.size(); ++i) {
     const double first = first_bend_[i], last = std::abs(next_[i] - 2 * slope_[i] + slope_before_[i]);
@@ -200,7 +200,7 @@ bool Extrapolation::leaps_or_rattles(const Eigen::VectorXd& scale, double subste
   return false;
 }
 
-/// Target and step after a step that was accepted (or, in the last row, refused) in `row`.
+/// Chooses target row and step after a step accepted in `row`, or rejected in the last row.
 void Extrapolation::choose_after(int row, Attempt& attempt, double h) {
   if (fixed_rows_ > 0) {
     attempt.next_step = attempt.accepted && rejected_ ? std::min(step_[row], h) : step_[row];
@@ -222,7 +222,7 @@ void Extrapolation::choose_after(int row, Attempt& attempt, double h) {
   }
   if (!attempt.accepted) next = std::min(next, target);
   target_ = std::clamp(next, least_target, most_target);
-  // after a rejection neither order nor step may grow at once
+  // Right after a rejection, neither order nor step may grow.
   if (attempt.accepted && rejected_) target_ = std::min(target_, std::max(row, least_target));
   double step = target_ <= row ? step_[target_] : step_[row] * work_[target_] / work_[row];
   if (attempt.accepted && rejected_) step = std::min(step, h);
@@ -233,7 +233,7 @@ void Extrapolation::choose_after(int row, Attempt& attempt, double h) {
 Attempt Extrapolation::attempt(Flow& flow, double t, double h, const Eigen::VectorXd& y,
                                const Eigen::VectorXd& dy, Eigen::VectorXd& out) {
   Attempt attempt;
-  // (of few rows, a scalar each is as cheap)
+  // With few rows, one state at a time is as cheap.
   const bool side_by_side =
       (fixed_rows_ == 0 || cost_of_lanes * (substeps(fixed_rows_) - 1) < fixed_rows_ * fixed_rows_) &&
       flow.has_lanes();
@@ -253,7 +253,7 @@ Attempt Extrapolation::attempt(Flow& flow, double t, double h, const Eigen::Vect
     if (row < last && (last == target || row < target - 1)) continue;
     attempt.worst = worst_;
     attempt.accepted = error_[row] <= 1;
-    // what the rows to come would gain at best, as the convergence monitor of the book has it
+    // Best possible gain of the remaining rows, as in the convergence monitor of the book.
     const double hope = row == target - 1 ? std::pow(after * substeps(target) / (first * first), 2)
                         : row == target   ? std::pow(after / first, 2)
                                           : 1;

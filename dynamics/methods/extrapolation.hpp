@@ -1,12 +1,13 @@
-// Extrapolation after Gragg, Bulirsch and Stoer: the step is made by the explicit midpoint rule with 2, 4, 6,
-// ... substeps, whose results, having an error in even powers of the substep, are extrapolated to none. Order
-// and step are chosen together for the least work per unit of time (Hairer, Norsett, Wanner, Solving Ordinary
-// Differential Equations I, second edition, section II.9). The rows weigh neither end of the step, so an
-// accepted one is looked at there: a slope that leaps within the first or last substep would go unseen.
+// Extrapolation of Gragg, Bulirsch and Stoer: the explicit midpoint rule makes the step with 2, 4, 6, ...
+// substeps. Its error has an expansion in even powers of the substep, so the results are extrapolated to a
+// substep of zero. Order and step are chosen together for the least work per unit of time (Hairer, Norsett,
+// Wanner, Solving Ordinary Differential Equations I, second edition, section II.9). The midpoint rule does
+// not use the slope at the step's end, so it would miss a jump of the slope within the first or last substep.
+// Accepted steps are therefore tested for such a jump.
 //
-// No row waits for another. Where a flow has slopes of several states side by side (Flow::has_lanes), a row
-// is a lane: a step takes as long as its longest row, and its work grows with the number of rows, not with
-// its square (the rows in parallel: Rauber and Ruenger, Parallel Computing 23, 1997).
+// The rows of the table are independent. If the flow evaluates several states side by side (Flow::has_lanes),
+// each lane makes some of the rows: a step takes as long as its longest row, and the work grows linearly with
+// the number of rows, not quadratically (parallel rows: Rauber and Ruenger, Parallel Computing 23, 1997).
 #pragma once
 
 #include "dynamics/methods/integrator.hpp"
@@ -16,14 +17,14 @@ namespace borelli {
 class Extrapolation : public Integrator {
  public:
   explicit Extrapolation(double tolerance);
-  /// Of one order: 2 * rows, rows from 2; the step alone follows the error.
+  /// Fixed order 2 * rows, rows >= 2; only the step follows the error.
   Extrapolation(double tolerance, int rows);
-  /// Of the row that it aims at; it changes from step to step, and is never below 6, where it is not fixed.
+  /// Order of the target row. It changes from step to step; without a fixed order it is at least 6.
   int order() const override { return 2 * target_; }
   bool adaptive() const override { return true; }
   Attempt attempt(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
                   Eigen::VectorXd& out) override;
-  /// With as many rows as the step last attempted took.
+  /// Uses as many rows as the last attempted step.
   bool shortened(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
                  Eigen::VectorXd& out) override;
   bool keep(Keeper& k) override {
@@ -38,11 +39,11 @@ class Extrapolation : public Integrator {
   static constexpr int least_target = 3, most_rows = 10, most_target = most_rows - 2;
   static constexpr int substeps(int row) { return 2 * row; }
 
-  /// Which rows each lane makes.
+  /// Distribution of the rows over the lanes.
   struct Shares {
-    int first[Quad::count] = {};       ///< of each lane; 0: none
-    int follower[most_rows + 1] = {};  ///< per row: which one follows it in its lane; 0: none
-    int slopes = 0;                    ///< that the lane which has most of them asks for
+    int first[Quad::count] = {};       ///< the first row of each lane; 0: none
+    int follower[most_rows + 1] = {};  ///< per row: the next row in the same lane; 0: none
+    int slopes = 0;                    ///< number of slopes in the lane with the most
   };
   static Shares share(int rows);
 
@@ -55,25 +56,26 @@ class Extrapolation : public Integrator {
   bool leaps_or_rattles(const Eigen::VectorXd& scale, double substep) const;
 
   double tolerance_;
-  int fixed_rows_ = 0;         ///< of a method of one order; 0: it is chosen
-  bool side_by_side_ = false;  ///< the rows of a step are made at once
-  int target_;                 ///< the row that is expected to meet the tolerance, from 1
+  int fixed_rows_ = 0;         ///< fixed number of rows; 0: the order is chosen
+  bool side_by_side_ = false;  ///< the rows of a step are made in lanes
+  int target_;                 ///< the row that is expected to meet the tolerance; rows count from 1
   bool rejected_ = false;
-  int rows_made_ = 0;                   ///< by the step last attempted
-  std::vector<Eigen::VectorXd> table_;  ///< the table's last row, column by column
-  /// Per row, from 1: in evaluations; step that would do, s; error.
+  int rows_made_ = 0;                   ///< number of rows of the last attempted step
+  std::vector<Eigen::VectorXd> table_;  ///< last row of the table, column by column
+  /// Per row, from 1: work in evaluations; step that would meet the target error, s; error in tolerances.
   std::vector<double> work_, step_, error_;
-  /// Per row: a step shrinks to a quarter of it at most, and grows by its inverse.
+  /// Per row: bounds of the step's change, least_factor_ / 4 to 1 / least_factor_.
   std::vector<double> least_factor_;
   int worst_ = -1;
   Eigen::VectorXd before_, now_, slope_, next_;
-  Eigen::VectorXd slope_before_, slope_before_that_;  ///< one and two substeps before slope_
-  /// The slope's second differences over the last row's substeps: the first, and the largest of the others.
+  Eigen::VectorXd slope_before_, slope_before_that_;  ///< the slopes one and two substeps before slope_
+  /// Second differences of the slope over the substeps of the last row: the first one, and the largest of the
+  /// others.
   Eigen::VectorXd first_bend_, bend_;
-  Eigen::VectorXd change_;  ///< the largest first difference after the first
+  Eigen::VectorXd change_;  ///< largest first difference of the slope, except the first one
 
   Eigen::VectorX<Quad> before_lanes_, now_lanes_, slope_lanes_;
-  std::vector<Eigen::VectorXd> ends_;  ///< per row made at once: what it has come to
+  std::vector<Eigen::VectorXd> ends_;  ///< per row made in lanes: its result
 };
 
 }  // namespace borelli

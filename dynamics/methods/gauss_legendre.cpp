@@ -33,7 +33,7 @@ GaussLegendre::GaussLegendre(int stages)
   }
 }
 
-/// The slopes at the stages that moves_ lead to.
+/// The slopes at the stages y + moves_.
 bool GaussLegendre::evaluate(Flow& flow, double t, double h, const Eigen::VectorXd& y) {
   for (int i = 0; i < stages_; ++i) {
     stage_ = y + moves_[i];
@@ -65,7 +65,7 @@ GaussLegendre::Outcome GaussLegendre::iterate(Flow& flow, double t, double h, co
   }
 }
 
-/// The matrix 1 - h A x J of the stages' equations.
+/// Factors the matrix 1 - h A x J (Kronecker product) of the stage equations.
 bool GaussLegendre::factor(Flow& flow, double t, double h, const Eigen::VectorXd& y,
                            const Eigen::VectorXd& dy) {
   const Eigen::Index n = acting_components(flow);
@@ -84,7 +84,7 @@ GaussLegendre::Outcome GaussLegendre::solve_by_newton(Flow& flow, double t, doub
   const Eigen::VectorXd& scale = flow.error_scale();
   const Eigen::Index n = acting_components(flow);
   bool fresh = false;
-  // the same length to rounding: a whole number of steps is fitted between outputs
+  // Equal steps differ by rounding, because a whole number of them is fitted between outputs.
   if (std::abs(factored_step_ - h) > 1e-6 * h) {
     if (!factor(flow, t, h, y, dy)) return Outcome::not_evaluated;
     fresh = true;

@@ -1,8 +1,8 @@
-// Gauss' collocation methods (Butcher 1964, Kuntzmann 1961): the implicit midpoint rule (one stage, order 2),
-// and those of two and three stages (orders 4 and 6). Fixed steps; A-stable, so that stiff springs do not
-// blow them up; symmetric in the local coordinates of the step. In (q, v) they are not symplectic where the
-// mass matrix depends on q, but keep energy for long. Hairer, Wanner, Solving ODEs II, sections IV.5 and
-// IV.8.
+// Gauss collocation methods (Butcher 1964, Kuntzmann 1961): the implicit midpoint rule (one stage, order 2)
+// and those of two and three stages (orders 4 and 6). Fixed steps. A-stable, so stiff springs do not make
+// them unstable; symmetric in the local coordinates of the step. In (q, v) they are not symplectic if the
+// mass matrix depends on q, but they keep energy over long runs. Hairer, Wanner, Solving ODEs II, sections
+// IV.5 and IV.8.
 #pragma once
 
 #include <Eigen/LU>
@@ -11,9 +11,9 @@
 
 namespace borelli {
 
-/// The stages' equations are solved by iterating them as they stand; where that is slow or fails (stiffness),
-/// by Newton's method with one matrix of derivatives (by differences) for as many steps as it serves. Where
-/// that does not settle either, the step fails and says so.
+/// Fixed-point iteration solves the stage equations. If it is slow or fails (stiffness), a simplified Newton
+/// method takes over; it reuses its Jacobian (by differences) for as many steps as it converges. If Newton
+/// fails too, the step fails with a message.
 class GaussLegendre : public Integrator {
  public:
   explicit GaussLegendre(int stages);  // 1, 2 or 3
@@ -41,8 +41,8 @@ class GaussLegendre : public Integrator {
   Eigen::VectorXd nodes_, weights_;
   Eigen::MatrixXd coupling_;
   bool newton_ = false;
-  double factored_step_ = 0;                     ///< the step that factors_ is for; 0: none
-  std::vector<Eigen::VectorXd> moves_, slopes_;  ///< per stage: from y to it; the slope there
+  double factored_step_ = 0;                     ///< the step that factors_ belongs to; 0: none
+  std::vector<Eigen::VectorXd> moves_, slopes_;  ///< per stage: its displacement from y; its slope
   Eigen::MatrixXd jacobian_, matrix_;
   Eigen::PartialPivLU<Eigen::MatrixXd> factors_;
   Eigen::VectorXd stage_, residual_, changed_;

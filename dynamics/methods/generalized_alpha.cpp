@@ -18,7 +18,7 @@ constexpr const char* no_convergence =
     "the equations of an implicit step did not converge; take smaller steps";
 constexpr const char* no_motion = "nothing is free to move, and the method is for what is; name another";
 
-/// Whether the row is one across a contact: it holds the velocity of a slip, and no position.
+/// Whether the row is a tangential row of a contact: it constrains the sliding velocity, not a position.
 bool is_slip(const System& system, int row) {
   return std::any_of(system.contacts.begin(), system.contacts.end(), [&](const Contact& contact) {
     return contact.tangents && (row == contact.row + 1 || row == contact.row + 2);
@@ -34,8 +34,8 @@ GeneralizedAlpha::GeneralizedAlpha(double spectral_radius)
       beta_(0.25 * (gamma_ + 0.5) * (gamma_ + 0.5)),
       gain_((1 - force_share_) / (1 - mass_share_)) {}
 
-/// Goes on from the step that ended at t, if it did; a step tried again begins as before; else the method's
-/// own accelerations begin as those of the equations.
+/// Continues from the step that ended at t. A repeated step starts as before. Otherwise the method's
+/// accelerations start as those of the equations of motion.
 void GeneralizedAlpha::take_up(double t, double h, const Eigen::VectorXd& dy) {
   if (made_ && std::abs(t - end_) <= 1e-9 * std::abs(h)) {
     a0_ = a1_;
@@ -57,13 +57,13 @@ const char* GeneralizedAlpha::objection(const System& system, ConstraintTreatmen
              : nullptr;
 }
 
-/// x and v at the step's end for the accelerations a1_.
+/// x and v at the step's end from the accelerations a1_.
 void GeneralizedAlpha::place(double h, const Eigen::VectorXd& y, Eigen::VectorXd& out) const {
   out.head(n_) = y.head(n_) + h * y.segment(n_, n_) + h * h * ((0.5 - beta_) * a0_ + beta_ * a1_);
   out.segment(n_, n_) = y.segment(n_, n_) + h * ((1 - gamma_) * a0_ + gamma_ * a1_);
 }
 
-/// Takes in the independent rows that hold at the state last evaluated; how many they are.
+/// Collects the independent rows active at the state last evaluated; returns their number.
 int GeneralizedAlpha::look_at_rows(const MotionFlow& motion, double h) {
   if (!motion.projects()) return 0;
   const System& system = motion.system();
@@ -85,7 +85,7 @@ int GeneralizedAlpha::look_at_rows(const MotionFlow& motion, double h) {
   return count;
 }
 
-/// Adds to change_ what constraint forces bring about so that it meets wanted_.
+/// Adds the effect of constraint forces to change_, so that L change_ = wanted_.
 void GeneralizedAlpha::hold_rows(int count) {
   for (int k = 0; k < count; ++k) {
     if (newton_) {
@@ -103,7 +103,8 @@ void GeneralizedAlpha::hold_rows(int count) {
   for (int k = 0; k < count; ++k) change_ += wanted_[k] * through_.row(k).transpose();
 }
 
-/// 1 / gain - gamma h da/dv - beta h^2 da/dx, by differences at the state `out` that slope_ is of.
+/// Factors Newton's matrix 1 / gain - gamma h da/dv - beta h^2 da/dx, by differences at the state `out` with
+/// slope slope_.
 bool GeneralizedAlpha::factor(Flow& flow, double t, double h, const Eigen::VectorXd& out) {
   jacobian_.resize(2 * n_, 2 * n_);
   if (!slope_jacobian(flow, t + h, out, slope_, moved_, moved_slope_, jacobian_)) return false;
@@ -115,7 +116,7 @@ bool GeneralizedAlpha::factor(Flow& flow, double t, double h, const Eigen::Vecto
   return true;
 }
 
-/// From a1_: the accelerations with which the step's end meets equations and constraints.
+/// Iterates a1_ until the step's end satisfies equations and constraints.
 GeneralizedAlpha::Outcome GeneralizedAlpha::iterate(Flow& flow, double t, double h, const Eigen::VectorXd& y,
                                                     Eigen::VectorXd& out) {
   const Eigen::VectorXd& scale = flow.error_scale();
@@ -133,8 +134,8 @@ GeneralizedAlpha::Outcome GeneralizedAlpha::iterate(Flow& flow, double t, double
     a1_ += change_;
     double worst = 0;
     for (Eigen::Index i = 0; i < n_; ++i) {
-      // against what is summed in them too; and a position on the constraints to rounding leaves velocities
-      // open by that over the step
+      // Relative also to the summands. A position that is exact to rounding leaves the velocity uncertain by
+      // that over h.
       const double gained = std::abs(h * a1_[i]);
       const double speed = scale[n_ + i] + gained + (count > 0 ? scale[i] / std::abs(h) : 0);
       const double part = std::max(gamma_ * std::abs(h * change_[i]) / speed,
@@ -160,11 +161,12 @@ Attempt GeneralizedAlpha::attempt(Flow& flow, double t, double h, const Eigen::V
   }
   take_up(t, h, dy);
   out = y;
-  const auto predict = [&] {  // the accelerations of the equations stay
+  const auto predict = [&] {  // keep the accelerations w of the equations constant
     a1_ = (w0_ - mass_share_ * a0_) / (1 - mass_share_);
   };
   predict();
-  // the matrix serves many steps of one length (to rounding: a whole number is fitted between outputs)
+  // The matrix serves many steps of equal length (to rounding, because a whole number is fitted between
+  // outputs).
   bool fresh = false;
   if (newton_ && std::abs(factored_step_ - h) > 1e-6 * std::abs(h)) newton_ = false;
   Outcome outcome = iterate(flow, t, h, y, out);
@@ -180,7 +182,7 @@ Attempt GeneralizedAlpha::attempt(Flow& flow, double t, double h, const Eigen::V
     if (outcome == Outcome::not_solved) failed.trouble = no_convergence;
     return failed;
   }
-  const Eigen::Index rest = y.size() - 2 * n_;  // by the trapezoidal rule
+  const Eigen::Index rest = y.size() - 2 * n_;  // trapezoidal rule
   out.tail(rest) = y.tail(rest) + 0.5 * h * (dy.tail(rest) + slope_.tail(rest));
   made_ = true;
   end_ = t + h;

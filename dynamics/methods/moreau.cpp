@@ -1,5 +1,5 @@
-// Moreau's time stepping: which contacts act in a step, and the step itself. (What their impulses do: see
-// moreau_impulses.cpp.)
+// Moreau's time stepping: the step, and which contacts act in it. For the effect of the impulses see
+// moreau_impulses.cpp.
 #include "dynamics/methods/moreau.hpp"
 
 #include <algorithm>
@@ -15,29 +15,30 @@ using Eigen::VectorXd;
 
 namespace {
 
-// gaps below this part of the length of what touches are closed
+// A contact is closed if its gap is below this fraction of the length scale.
 constexpr double closed_gap = 1e-9;
 
-// room is made for so many contacts that act at once, and doubled where more do
+// Initial room for acting contacts; doubled as needed.
 constexpr int usual_acting = 32;
 
-// impulses may close more contacts, which then act too: so many times in a step
+// Impulses may close further contacts, which then act too: the most rounds of this in a step.
 constexpr int most_rounds = 6;
 
-// of the radii: what goes deeper without acting has gone through, as deep as overlaps are trusted
+// Relative to the radii: bodies that overlap deeper without acting have passed through each other. As deep as
+// overlaps are trusted.
 constexpr double passes = 1e-2;
 
-/// The least gap of two rounded things within half a step before and after now, if they go on as they go: at
-/// `speed`, of which `rate` along the line between them.
+/// Smallest gap of two round bodies within half a step before and after now, in uniform motion: relative
+/// `speed`, with component `rate` along the line of centres.
 double least_gap(double gap, double rate, double speed, double radii, double half_step) {
   const double distance = gap + radii;
-  // nearest outside the step, or at rest
+  // The closest approach is outside the step, or the bodies are at relative rest.
   if (speed * speed * half_step <= std::abs(rate) * distance) return gap;
   return std::sqrt(std::max(0., 1 - rate * rate / (speed * speed))) * distance - radii;
 }
 
-/// Three rows of n numbers as columns of J (rows of `stride` numbers), and their products with the columns of
-/// `motions` (n x 4).
+/// Copies three rows of n numbers to columns of J (whose rows have `stride` numbers) and multiplies them with
+/// the columns of `motions` (n x 4).
 BORELLI_INLINED_FOR_PROCESSOR
 void take_directions(const double* const rows[3], const double* motions, int n, double* J,
                      Eigen::Index stride, Quad products[3]) {
@@ -96,7 +97,7 @@ void MoreauStepping::Scratch::reserve(int contacts) {
   problem.friction.resize(std::size_t(contacts));
 }
 
-/// The gaps of all contacts at the state that y stands for.
+/// The gaps of all contacts at the state y.
 void MoreauStepping::look(const MotionFlow& motion, double t, const VectorXd& y) {
   const System& system = motion.system();
   Scratch& s = *scratch_;
@@ -113,7 +114,7 @@ void MoreauStepping::look(const MotionFlow& motion, double t, const VectorXd& y)
   scan_constraints(system, system.parameters, s.landed, s.end);
 }
 
-/// The rows of a contact, where `kinematics` has its bodies.
+/// The rows of a contact; `kinematics` holds the motion of its bodies.
 void MoreauStepping::find_rows(const System& system, const Kinematics& kinematics, int contact) {
   Scratch& s = *scratch_;
   const int i = system.contacts[contact].constraint;
@@ -122,7 +123,7 @@ void MoreauStepping::find_rows(const System& system, const Kinematics& kinematic
   s.known[i] = 1;
 }
 
-/// The contacts that the step would close, with the mass matrix in its middle. False: it is singular.
+/// Finds the contacts that the step would close, and the mass matrix at its middle. False: it is singular.
 bool MoreauStepping::find_acting(const MotionFlow& motion, double t, double h) {
   const System& system = motion.system();
   const Eigen::Index n = system.nv;
@@ -137,14 +138,14 @@ bool MoreauStepping::find_acting(const MotionFlow& motion, double t, double h) {
     const double gap = s.seen.h[contact.row];
     const double speed =
         contact.tangents ? s.seen.rate.segment<3>(contact.row).norm() : std::abs(s.seen.rate[contact.row]);
-    // (what comes nearer yet than it now moves is seen at the step's end)
+    // Contacts that approach faster than their present rate are found at the step's end.
     if (gap > 0.5 * h * speed + h * fall_) continue;
     if (!ready && !ready_response(motion, t, h)) return false;
     ready = true;
     find_rows(system, s.at.kinematics, i);
     const double after = s.rows.rate[contact.row] + 0.25 * h * s.rows.E[contact.row] +
                          s.rows.L.row(contact.row).head(n).dot(s.motions.col(2));
-    // what pressed in the step before is looked at while it is near: others' impulses may close it again
+    // A contact that acted in the last step is kept while it is near: impulses of others may close it again.
     const double ends = gap + 0.5 * h * after;
     if (ends <= closed_gap * system.row_scale[contact.row] || (step_.impulse[3 * i] > 0 && ends <= h * fall_))
       add_acting(system, i, h);
@@ -152,7 +153,7 @@ bool MoreauStepping::find_acting(const MotionFlow& motion, double t, double h) {
   return true;
 }
 
-/// Takes in what overlaps at the step's end without acting. False: the mass matrix is singular.
+/// Adds contacts that overlap at the step's end without acting. False: the mass matrix is singular.
 bool MoreauStepping::add_overlapping(const MotionFlow& motion, double t, double h, bool& added) {
   const System& system = motion.system();
   Scratch& s = *scratch_;
@@ -168,7 +169,7 @@ bool MoreauStepping::add_overlapping(const MotionFlow& motion, double t, double 
   return true;
 }
 
-/// The mass matrix and the bilateral rows in the middle of the step.
+/// Mass matrix and bilateral rows at the middle of the step. False: the mass matrix is singular.
 bool MoreauStepping::ready_response(const MotionFlow& motion, double t, double h) {
   const System& system = motion.system();
   Scratch& s = *scratch_;
@@ -180,8 +181,8 @@ bool MoreauStepping::ready_response(const MotionFlow& motion, double t, double h
   return true;
 }
 
-/// Takes in a contact, with its velocities at the step's start and those that its end would have without
-/// impulses; the rows of its constraint are known.
+/// Adds an acting contact with its velocities at the step's start and, without impulses, at the end. The rows
+/// of its constraint must be known.
 void MoreauStepping::add_acting(const System& system, int i, double h) {
   const Eigen::Index n = system.nv;
   Scratch& s = *scratch_;
@@ -199,9 +200,9 @@ void MoreauStepping::add_acting(const System& system, int i, double h) {
       s.driven[k + c] = s.before[k + c] = s.problem.free[k + c] = 0;
       continue;
     }
-    // rates are those of the middle, where the drives are taken
+    // Rates at the middle, where the drives are evaluated.
     const double rate = s.rows.rate[row];
-    // and turn with the rows over the half steps to its ends
+    // Change of the rates over half a step because the rows turn.
     const double turns = 0.5 * h * s.rows.E[row];
     s.driven[k + c] = rate - along[c][0];
     s.before[k + c] = rate - turns + along[c][1];
@@ -210,7 +211,7 @@ void MoreauStepping::add_acting(const System& system, int i, double h) {
   const double speed = s.before[k], after = s.problem.free[k];
   const ContactSurface surface = surface_of(system.parameters.constraints[contact.constraint].kind);
   s.impulse.segment<3>(k) = step_.impulse.segment<3>(3 * i);
-  // where it would be without impulses; those of what rests move it for half of the step
+  // The gap at the end without impulses; a resting contact's impulse moves the bodies for half of the step.
   const double ends = s.rows.h[contact.row] + 0.5 * h * (after - 0.25 * h * s.rows.E[contact.row]);
   const bool is_near = ends > closed_gap * system.row_scale[contact.row];
   s.problem.target[number] = speed < -fall_ ? -surface.restitution * speed
@@ -224,7 +225,7 @@ void MoreauStepping::add_acting(const System& system, int i, double h) {
   s.problem.count = number + 1;
 }
 
-/// How far off the gaps of what acts are.
+/// Errors of the acting contacts' gaps: deviation from a straight path, and overlap.
 void MoreauStepping::judge_ways(const System& system, double h, bool sudden) {
   Scratch& s = *scratch_;
   const Eigen::Index rows = 3 * Eigen::Index(s.problem.count);
@@ -241,7 +242,7 @@ void MoreauStepping::judge_ways(const System& system, double h, bool sudden) {
   }
 }
 
-/// What the certificate is to know of gaps.
+/// Gaps for the certificate, and contacts that bodies may have passed through.
 void MoreauStepping::judge_gaps(const System& system, double h) {
   Scratch& s = *scratch_;
   for (int i = 0; i < int(system.contacts.size()); ++i) {
@@ -253,7 +254,7 @@ void MoreauStepping::judge_gaps(const System& system, double h) {
     const double least = radii > 0 ? least_gap(gap, s.seen.rate[contact.row],
                                                s.seen.rate.segment<3>(contact.row).norm(), radii, 0.5 * h)
                                    : gap;
-    // it went through, or a long thing may have swept over the whole of the other
+    // The bodies passed through each other, or a long body may have swept over the whole of the other.
     if ((radii > 0 && least < -passes * radii) ||
         0.5 * h * s.seen.speed[contact.row] > std::max(0., least) + radii)
       step_.passed = i;
@@ -272,7 +273,7 @@ Attempt MoreauStepping::attempt(Flow& flow, double t, double h, const VectorXd& 
   const System& system = motion->system();
   if (!scratch_) {
     scratch_ = std::make_unique<Scratch>(system, motion->workspace().kinematics.equations);
-    if (step_.impulse.size() == 0)  // (else it was taken up)
+    if (step_.impulse.size() == 0)  // otherwise it comes from a checkpoint
       step_.impulse = VectorXd::Zero(3 * Eigen::Index(system.contacts.size()));
     step_.gap = step_.bent = step_.overlap = VectorXd::Zero(Eigen::Index(system.contacts.size()));
     step_.group_work = step_.group_shift = step_.group_projection = VectorXd::Zero(system.groups);
@@ -280,13 +281,13 @@ Attempt MoreauStepping::attempt(Flow& flow, double t, double h, const VectorXd& 
   return {.evaluated = meet(flow, *motion, t, h, y, out), .next_step = h};
 }
 
-/// Takes the contacts into the step that `out` would be the end of without them.
+/// Adds the contacts to a step; `out` is its end without them. False: the equations cannot be solved.
 bool MoreauStepping::meet(Flow& flow, const MotionFlow& motion, double t, double h, const VectorXd& y,
                           VectorXd& out) {
   const System& system = motion.system();
   const Eigen::Index n = system.nv;
   Scratch& s = *scratch_;
-  if (step_.length > 0) step_.impulse *= h / step_.length;  // a guess: of what rests
+  if (step_.length > 0) step_.impulse *= h / step_.length;  // initial guess: resting contacts
   step_.length = h;
   step_.group_work.setZero();
   step_.group_shift.setZero();
@@ -300,7 +301,7 @@ bool MoreauStepping::meet(Flow& flow, const MotionFlow& motion, double t, double
       out.segment(n, n) - middle_.segment(n, n);
   if (!find_acting(motion, t, h)) return false;
   landed_ = out;
-  bool sudden = false;  // an impulse that is not one of the whole step
+  bool sudden = false;  // some impulse does not act over the whole step
   for (int round = 0; round < most_rounds; ++round) {
     if (s.problem.count > 0) {
       const int rows = 3 * s.problem.count;
@@ -334,7 +335,7 @@ bool MoreauStepping::meet(Flow& flow, const MotionFlow& motion, double t, double
   step_.impulse.setZero();
   if (step_.acted) {
     book(system);
-    // (before energies are asked for, which leave no factor of the mass matrix)
+    // Before energies are evaluated, which overwrite the factor of the mass matrix.
     const bool apart = separate(flow, motion, t + h);
     if (sudden) {
       s.shift = 0.5 * h * s.change;

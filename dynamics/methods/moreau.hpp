@@ -1,17 +1,16 @@
 // Time stepping for scenes with many contacts (Moreau, Numerical aspects of the sweeping process, Computer
 // Methods in Applied Mechanics and Engineering 177, 1999; Jean, The non-smooth contact dynamics method,
-// ibid.): steps that look for no moment of impact (of one length; who runs them makes those in parts that
-// Certifier::too_long finds). Contacts that the step would close act in it
-// by impulses, resting ones like those that meet: velocities keep Newton's law of restitution and Coulomb's
-// of friction, all of them at once (contact_solver.hpp). Order 2 between impacts (the midpoint rule), 1 over
-// them.
+// ibid.). Steps have one length and do not locate impacts; the run divides a step that Certifier::too_long
+// rejects. Contacts that the step would close act by impulses, resting and impacting ones alike. The
+// velocities satisfy Newton's law of restitution and Coulomb's law of friction, all contacts together
+// (contact_solver.hpp). Order 2 between impacts (midpoint rule), 1 over impacts.
 //
-// Positions: what rests is pressed on all through the step, so its impulse moves it for half of that. What
-// meets within the step has its impulse then, and moves by it for what is left: with the gap g and the
-// velocity v that the step's end would have without impulses, for g / v of it. What overlaps all the same (a
-// contact that others push) is put apart by the least move, measured by the mass matrix (the positions' part
-// of Bruls, Acary, Cardona, Simultaneous enforcement of constraints at position and velocity levels in the
-// nonsmooth generalized-alpha scheme, CMAME 281, 2014). What both moves change of the energy is booked.
+// Positions: a resting contact presses during the whole step, so its impulse moves the bodies for half of the
+// step. An impact acts when the gap closes and moves them for the rest of the step: for g / v, where g and v
+// are the gap and its rate that the step's end would have without impulses. Remaining overlaps (contacts
+// pushed by others) are removed by the least move in the norm of the mass matrix (the position part of Bruls,
+// Acary, Cardona, Simultaneous enforcement of constraints at position and velocity levels in the nonsmooth
+// generalized-alpha scheme, CMAME 281, 2014). The energy change of both moves is booked.
 #pragma once
 
 #include <memory>
@@ -25,26 +24,27 @@
 
 namespace borelli {
 
-/// What the contacts did in the last step.
+/// Result of the contacts in the last step.
 struct ContactStep {
-  double length = 0;                 ///< s
-  Eigen::VectorXd gap;               ///< m, of each contact at the step's end; of those that do not act, the
-                                     ///< least in it
-  Eigen::VectorXd group_work;        ///< J, of their impulses on each independent group
-  Eigen::VectorXd group_shift;       ///< J, what of it is no law's: that impulses move what meets in the step
-  Eigen::VectorXd group_projection;  ///< J, of putting apart what still overlapped
-  Eigen::VectorXd
-      impulse;         ///< N s, of each contact along its normal and the two across; zero: it does not act
-  bool acted = false;  ///< whether any of them touched
-  int passed = -1;     ///< a contact that the step may have gone through, unseen; -1: none
-  long impacts = 0;    ///< contacts that met faster than one step's gravity makes them
-  double impact_loss = 0;  ///< J, lost in these
-  double unsettled = 0;    ///< what of the velocities the impulses left to settle, in parts of them
-  /// So much of it is less than what a step's own error leaves.
+  double length = 0;  ///< s
+  /// m, per contact: gap at the step's end; of a contact that does not act, the smallest gap within the step.
+  Eigen::VectorXd gap;
+  Eigen::VectorXd group_work;  ///< J, work of the contact impulses on each independent group
+  /// J, spurious part of `group_work`: energy from position shifts by impacts within the step.
+  Eigen::VectorXd group_shift;
+  Eigen::VectorXd group_projection;  ///< J, energy change from removing the remaining overlap
+  /// N s, three per contact: along the normal and the two tangents; zero if the contact does not act.
+  Eigen::VectorXd impulse;
+  bool acted = false;      ///< some contact acted
+  int passed = -1;         ///< a contact that bodies may have passed through within the step; -1: none
+  long impacts = 0;        ///< contacts that closed faster than gravity accelerates in one step
+  double impact_loss = 0;  ///< J, energy lost in these impacts
+  double unsettled = 0;    ///< residual of the impulse solution, relative to the velocities
+  /// Largest accepted residual; it is below the step's own error.
   static constexpr double most_unsettled = 1e-4;
-  int unsettled_contact = 0;  ///< where most
-  /// m, of each contact that acted, before anything is put apart: by how much its gap at the end differs from
-  /// the one that a straight way from the middle would have left it; and by how much it overlaps.
+  int unsettled_contact = 0;  ///< the contact with the largest residual
+  /// m, per acting contact, before overlaps are removed. `bent`: difference of its gap at the end from that
+  /// of a straight path from the middle of the step. `overlap`: its depth.
   Eigen::VectorXd bent, overlap;
 };
 
@@ -54,7 +54,7 @@ class MoreauStepping : public Integrator {
   bool adaptive() const override { return false; }
   Attempt attempt(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
                   Eigen::VectorXd& out) override;
-  /// None: velocities jump somewhere in the step.
+  /// None: velocities jump within the step.
   int dense_order() const override { return 0; }
   bool shortened(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
                  Eigen::VectorXd& out) override;
@@ -69,35 +69,38 @@ class MoreauStepping : public Integrator {
  private:
   struct Scratch {
     Scratch(const System& system, Equations equations);
-    Workspace at;              ///< the middle of the step: mass matrix and bilateral rows
-    ConstraintRows seen, end;  ///< gaps of all contacts: with their rates in its middle, and at its end
+    Workspace at;              ///< at the middle of the step: mass matrix and bilateral rows
+    ConstraintRows seen, end;  ///< gaps of all contacts: at the middle with their rates; at the end
     FarPairs far;
-    /// Of constraints whose contacts may act: in its middle, or where they are put apart.
+    /// Rows of constraints whose contacts may act: at the middle, or where overlaps are removed.
     ConstraintRows rows;
     Kinematics landed;
     Articulation links;
     ContactSolver solver;
-    ContactProblem problem;  ///< of the contacts that act, as what follows
-    /// Room for so many contacts that act.
+    ContactProblem problem;  ///< of the acting contacts, as is all that follows
+    /// Makes room for this many acting contacts.
     void reserve(int contacts);
-    Rows J;  ///< nv x three columns each (zero where it has none across): directions
-    Rows Y;  ///< the same: what unit impulses change of the velocities, times the mass matrix' factor
-    std::vector<int> touched;  ///< of eight columns after the other: rows of Y that are not zero
-    Eigen::VectorXd before, impulse, plastic;  ///< of the rows: m/s at the step's start, N s
-    Eigen::VectorXd driven;                    ///< of the rows: what drives give of the velocity, m/s
-    Eigen::VectorXd ends;   ///< of the contacts, m: their gaps at the end without impulses, if straight
-    Eigen::VectorXd late;   ///< of the contacts: for which part of the step their impulses move them
-    Eigen::VectorXd apart;  ///< of the contacts, kg m: impulses of position along normals
+    /// nv x 3 columns per contact: directions of normal and tangents; zero columns without tangents.
+    Rows J;
+    /// As J: velocity changes by unit impulses, times the factor of the mass matrix.
+    Rows Y;
+    /// Per block of eight columns of Y: the count and list of nonzero rows.
+    std::vector<int> touched;
+    Eigen::VectorXd before, impulse, plastic;  ///< per direction: m/s at the step's start; N s
+    Eigen::VectorXd driven;                    ///< per direction: velocity prescribed by drives, m/s
+    Eigen::VectorXd ends;   ///< per contact, m: gap at the step's end without impulses, on a straight path
+    Eigen::VectorXd late;   ///< per contact: fraction of the step over which its impulse moves the bodies
+    Eigen::VectorXd apart;  ///< per contact, kg m: position impulse along the normal
     std::vector<int> acting;
-    std::vector<int> parted;  ///< contacts that are to end apart, where any overlaps
-    std::vector<char> acts;   ///< of all contacts
-    std::vector<char> known;  ///< of all constraints: whether `rows` has theirs
+    std::vector<int> parted;  ///< contacts to separate, if any overlaps
+    std::vector<char> acts;   ///< per contact: it acts
+    std::vector<char> known;  ///< per constraint: `rows` holds its rows
     Eigen::VectorXd wanted, x, change, shift, moved, slope;
-    Eigen::VectorXd held;  ///< of one impulse along a row: its change of the velocities, nv
-    /// Velocities (nv) in the middle, and how those at the start and those that the end would have without
-    /// impulses differ from them.
+    Eigen::VectorXd held;  ///< velocity change by one impulse along a row, nv
+    /// Columns of nv numbers: the velocities at the middle, then the differences from them of those at the
+    /// start and of those at the end without impulses.
     RowsOf<double> motions;
-    Eigen::VectorXd nothing;  ///< a row that a contact has not
+    Eigen::VectorXd nothing;  ///< zeros, in place of a missing row
     State state;
     Work work;
   };
@@ -128,9 +131,9 @@ class MoreauStepping : public Integrator {
   void judge_ways(const System& system, double h, bool sudden);
 
   std::unique_ptr<Scratch> scratch_;
-  ContactStep step_, kept_step_;  ///< (impulses begin where those of the step before were)
+  ContactStep step_, kept_step_;  ///< step_.impulse is the initial guess of the next step
   Eigen::VectorXd middle_, slope_, landed_, separated_;
-  double fall_ = 0;  ///< m/s: what gravity makes of a velocity in the step; slower approaches are no impacts
+  double fall_ = 0;  ///< m/s: velocity change by gravity in one step; slower approaches are not impacts
 };
 
 }  // namespace borelli

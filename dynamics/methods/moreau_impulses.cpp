@@ -1,4 +1,4 @@
-// Moreau's time stepping: what the impulses of the acting contacts do to velocities, positions and energy.
+// Moreau's time stepping: the effect of contact impulses on velocities, positions and energy.
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -16,13 +16,13 @@ using Eigen::VectorXd;
 
 namespace {
 
-// overlaps below this part of the length of what touches stay
+// Overlaps below this fraction of the length scale are not removed.
 constexpr double least_overlap = 1e-5;
 
 constexpr int separating_sweeps = 200, most_separations = 4;
 
-/// G = Y^T Y, by blocks of eight columns of Y. `touched` has the rows of Y that are not zero, of one block
-/// after the other, each list behind its length.
+/// G = Y^T Y by blocks of eight columns of Y. `touched` lists the nonzero rows of Y per block, each list
+/// after its length.
 template <class L>
 void find_gram(const double* Y, int columns, Eigen::Index stride, const int* touched, double* G) {
   constexpr int block = Lanes::count;
@@ -43,8 +43,8 @@ void find_gram(const double* Y, int columns, Eigen::Index stride, const int* tou
 
 }  // namespace
 
-/// What impulses along the first `rows` columns of J do, by the mass matrix and with the bilateral
-/// constraints.
+/// The response to impulses along the first `rows` columns of J, through the mass matrix and with the
+/// bilateral constraints.
 void MoreauStepping::find_response(const System& system, int rows) {
   Scratch& s = *scratch_;
   const int columns = (rows + Lanes::count - 1) / Lanes::count * Lanes::count;
@@ -53,7 +53,7 @@ void MoreauStepping::find_response(const System& system, int rows) {
   int* touched = s.touched.data();
   for (int r = 0; r < columns; r += Lanes::count) {
     int count = solve_transposed(system, s.at.factor, &s.Y(0, r), s.Y.cols(), touched + 1);
-    if (s.at.has_rows() && s.at.solver.rank() > 0) {  // which the whole system answers
+    if (s.at.has_rows() && s.at.solver.rank() > 0) {  // their forces reach the whole system
       count = system.nv;
       std::iota(touched + 1, touched + 1 + count, 0);
       for (int column = r; column < std::min(r + Lanes::count, rows); ++column)
@@ -67,7 +67,7 @@ void MoreauStepping::find_response(const System& system, int rows) {
                s.problem.G.data());
 }
 
-/// Takes off an impulse's response what the bilateral constraints do against it.
+/// Subtracts the reaction of the bilateral constraints from the response to an impulse.
 void MoreauStepping::hold_bilateral(const System& system, int column) {
   Scratch& s = *scratch_;
   s.held = s.Y.col(column);
@@ -77,14 +77,14 @@ void MoreauStepping::hold_bilateral(const System& system, int column) {
   s.Y.col(column) += s.at.solver.measured().head(system.nv);
 }
 
-/// What impulses along these rows change of the velocities.
+/// change <- velocity change by impulses along these rows.
 void MoreauStepping::respond(const System& system, const VectorXd& impulse, int rows, VectorXd& change) {
   Scratch& s = *scratch_;
   change.noalias() = s.Y.leftCols(rows) * impulse.head(rows);
   solve_lower(system, s.at.factor, change.data());
 }
 
-/// Of the impulses over the step, J: with forces that are constant in it, what they change of the energy
+/// Work of the impulses over the step, J: their change of the energy if the forces are constant in the step
 /// (Acary, Energy conservation and dissipation properties of time-integration methods for nonsmooth
 /// elastodynamics with contact, ZAMM 96, 2016).
 double MoreauStepping::work(const VectorXd& impulse) const {
@@ -94,8 +94,8 @@ double MoreauStepping::work(const VectorXd& impulse) const {
                                       s.problem.G.topLeftCorner(rows, rows) * impulse.head(rows));
 }
 
-/// Rebounds that would give energy (Newton's can, with several contacts or with friction) are scaled back
-/// until they do not.
+/// Scales rebounds back that would add energy. (Newton's law can add energy with several contacts or with
+/// friction.)
 void MoreauStepping::scale_back(double scale) {
   Scratch& s = *scratch_;
   const Eigen::Index count = s.problem.count, rows = 3 * count;
@@ -104,7 +104,7 @@ void MoreauStepping::scale_back(double scale) {
   s.problem.target.head(count) = s.problem.target.head(count).cwiseMin(0);
   s.solver.solve(s.problem, scale, s.plastic, ContactStep::most_unsettled);
   double low = 0, high = 1;
-  s.impulse.head(rows) -= s.plastic.head(rows);  // what the rebound adds
+  s.impulse.head(rows) -= s.plastic.head(rows);  // the contribution of the rebound
   for (int i = 0; i < 40; ++i) {
     const double middle = 0.5 * (low + high);
     (work(s.plastic + middle * s.impulse) <= 0 ? low : high) = middle;
@@ -112,7 +112,8 @@ void MoreauStepping::scale_back(double scale) {
   s.impulse.head(rows) = s.plastic.head(rows) + low * s.impulse.head(rows);
 }
 
-/// The impulses' work; those that met faster than gravity makes them in a step are impacts.
+/// Books the work of the impulses. Contacts that closed faster than gravity accelerates in a step count as
+/// impacts.
 void MoreauStepping::book(const System& system) {
   Scratch& s = *scratch_;
   const Eigen::Index rows = 3 * Eigen::Index(s.problem.count);
@@ -132,8 +133,8 @@ void MoreauStepping::book(const System& system) {
   }
 }
 
-/// The work of efforts, drives and moving constraints at the velocity that the impulses leave on the mean,
-/// and of drives against the impulses. Without any of these there is none to mend.
+/// Corrects the work of efforts, drives and moving constraints to the mean velocity with impulses, and adds
+/// the work of drives against the impulses. Without any of these, nothing changes.
 bool MoreauStepping::book_powers(Flow& flow, const MotionFlow& motion, double t, double h, const VectorXd& y,
                                  VectorXd& out) {
   const System& system = motion.system();
@@ -154,7 +155,7 @@ bool MoreauStepping::book_powers(Flow& flow, const MotionFlow& motion, double t,
   return true;
 }
 
-/// out's positions, moved by `shift` (nv, as velocities times s).
+/// Moves the positions of `out` by `shift` (nv, velocities times s).
 void MoreauStepping::move(Flow& flow, const VectorXd& shift, VectorXd& out) {
   Scratch& s = *scratch_;
   const Eigen::Index n = shift.size();
@@ -165,8 +166,8 @@ void MoreauStepping::move(Flow& flow, const VectorXd& shift, VectorXd& out) {
   out.head(n) += s.slope.head(n);
 }
 
-/// Books what moving the positions of one y to those of another changes of the energy, at the latter's
-/// velocities.
+/// Adds to `book` the energy change by moving the positions from those of `from` to those of `to`, at the
+/// velocities of `to`.
 bool MoreauStepping::book_move(const MotionFlow& motion, double t, const VectorXd& from, const VectorXd& to,
                                VectorXd& book) {
   const System& system = motion.system();
@@ -184,15 +185,15 @@ bool MoreauStepping::book_move(const MotionFlow& motion, double t, const VectorX
   return add(-1);
 }
 
-/// Whether anything overlaps by so much that it is worth to put it apart.
+/// Whether any overlap is large enough to remove.
 bool MoreauStepping::overlaps(const System& system) const {
   return std::any_of(system.contacts.begin(), system.contacts.end(), [&](const Contact& contact) {
     return scratch_->end.h[contact.row] < -least_overlap * system.row_scale[contact.row];
   });
 }
 
-/// The normals of what is to end apart, with what overlaps by now, where it is by now, and what impulses
-/// along them do. The rows of what acts are lost.
+/// The normals of the contacts to separate, with newly overlapping ones, at the present positions, and the
+/// response along them. Overwrites the rows of the acting contacts.
 void MoreauStepping::find_normals(const MotionFlow& motion, double t) {
   const System& system = motion.system();
   Scratch& s = *scratch_;
@@ -211,13 +212,13 @@ void MoreauStepping::find_normals(const MotionFlow& motion, double t) {
   find_response(system, count);
 }
 
-/// Impulses of position that put apart what overlaps: the least move, by the mass matrix. Each `stride`th row
-/// of the response is a normal.
+/// Position impulses that remove the overlaps by the least move in the norm of the mass matrix. Row stride *
+/// k of the response is the normal of contact k.
 void MoreauStepping::find_separation(const System& system, int stride) {
   Scratch& s = *scratch_;
   const int count = int(s.parted.size());
   s.apart.head(count).setZero();
-  // gaps are linear in the move as far as it is small: a hundredth of it will do
+  // Gaps are linear only in small moves, so an accuracy of a hundredth suffices.
   for (int pass = 0; pass < separating_sweeps; ++pass) {
     double changed = 0, most = 0;
     for (int k = 0; k < count; ++k) {
@@ -234,9 +235,9 @@ void MoreauStepping::find_separation(const System& system, int stride) {
   }
 }
 
-/// Puts apart what overlaps at the step's end: separated_ is landed_ so moved. Gaps are not linear in the
-/// move (and it may close others), so it is made again where they ask for it, along the normals that they
-/// have by then. False: nothing was to be moved.
+/// Removes the overlaps at the step's end: separated_ is landed_ after the move. Gaps are not linear in the
+/// move, and the move may close other contacts; it is repeated along the new normals while overlaps remain.
+/// False: nothing had to move.
 bool MoreauStepping::separate(Flow& flow, const MotionFlow& motion, double t) {
   const System& system = motion.system();
   Scratch& s = *scratch_;

@@ -13,13 +13,13 @@ namespace borelli {
 
 namespace {
 
-// Local coordinates break down where a ball has turned by 2 pi from its centre.
+// Local coordinates become singular when a ball has turned by 2 pi from their centre.
 constexpr double largest_turn = 5;  // rad
 
-// Local coordinates that are kept over steps are centred anew well before that.
+// Local coordinates that a method keeps over steps are centred anew well before that.
 constexpr double recentring_turn = 1;  // rad
 
-/// Whether nothing prescribed changes in time.
+/// Whether all prescribed functions are constant in time.
 bool same_at_all_times(const System& system) {
   bool same = system.driven_nv == 0;
   each_time_function(system, system.parameters, [&](const std::string&, const TimeFunction& f) {
@@ -29,7 +29,7 @@ bool same_at_all_times(const System& system) {
   return same;
 }
 
-/// Whether more than half of the solids each swing by themselves.
+/// Whether more than half of the bodies are single pendulums.
 bool mostly_swings(const System& system, const Articulation& articulation) {
   std::size_t swinging = 0;
   for (const SideBySide& side : articulation.trees)
@@ -83,7 +83,7 @@ MotionFlow::MotionFlow(const System& system, const SimulationSettings& settings,
 }
 
 bool MotionFlow::start(const State& state, const Work& work, Eigen::VectorXd& y, Eigen::VectorXd& dy) {
-  // no solver of rows whose rank were to be decided, and nothing else solved in the workspace since
+  // No rows whose rank must be decided, and no other solution in the workspace since.
   const bool known = !w_.has_rows() && solved_ && w_.evaluations == evaluations_ &&
                      std::abs(last_time_ - state.t) <= 1e-15 * std::abs(state.t) && state.q == q_ &&
                      state.v == last_v_;
@@ -183,7 +183,7 @@ bool MotionFlow::solve_together(std::unique_ptr<Together<T>>& together, const Ei
   dy.segment(n, n) = w.a;
   dy.template segment<4>(2 * n) << w.efforts.power, T(0), T(0), T(0);
   dy.segment(2 * n + 4, system_.groups) = w.group_power;
-  dy.tail(Eigen::Index(apart_groups_.size())).fill(T(0));  // (no row holds)
+  dy.tail(Eigen::Index(apart_groups_.size())).fill(T(0));  // no row is active
   return true;
 }
 
@@ -195,7 +195,7 @@ void MotionFlow::position_rates(const Eigen::VectorX<Lanes>& y, Eigen::VectorX<L
   local_rate(system_, y.data(), y.data() + system_.nv, dy.data());
 }
 
-/// dy at y from the equations solved there.
+/// Fills dy at y from the last solution of the equations.
 void MotionFlow::fill(const Eigen::VectorXd& y, Eigen::VectorXd& dy) const {
   const int n = system_.nv;
   dy.resize(size());
@@ -236,7 +236,7 @@ double MotionFlow::distance(const Eigen::VectorXd& y, const State& state) {
   double most = 0;
   for (const CoordinateInfo& info : system_.coordinates) {
     const int i = info.v_index;
-    // a turn by the chord of the quaternions, half its angle
+    // Rotations: half the angle is about the chord of the quaternions.
     const double moved =
         (state.q - q_).segment(info.q_index, info.q_size).norm() * (info.q_size == 4 ? 2 : 1);
     most = std::max(most, moved / scale_[i]);
@@ -283,8 +283,8 @@ bool MotionFlow::find_unit_energies(const State& state) {
   return true;
 }
 
-/// Work that counts does so against its group's kinetic energy, as velocities count against their own size:
-/// so the energy balance, which is judged by it, is as good as the motion.
+/// Controlled work is measured against its group's kinetic energy, as velocities are against their own size.
+/// The energy balance, which uses this work, is then as accurate as the motion.
 void MotionFlow::set_work_scale() {
   for (std::size_t g = 0; g < counted_groups_.size(); ++g) {
     if (!counted_groups_[g]) continue;
@@ -295,8 +295,8 @@ void MotionFlow::set_work_scale() {
   }
 }
 
-/// Angles count against 1 rad, lengths against what the coordinate carries, velocities against these per
-/// second and their own size; work is not controlled, but for set_work_scale().
+/// Scales: 1 rad for angles; the length of what the coordinate carries for lengths; for velocities these per
+/// second plus their own size. Work is not controlled, except by set_work_scale().
 void MotionFlow::set_scale(const State& state) {
   const int n = system_.nv;
   for (const CoordinateInfo& info : system_.coordinates)

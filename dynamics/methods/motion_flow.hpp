@@ -1,4 +1,4 @@
-// The motion of a system as a differential equation: what integrators are given.
+// The motion of a system as a differential equation for integrators.
 #pragma once
 
 #include <memory>
@@ -9,9 +9,9 @@
 
 namespace borelli {
 
-/// dy/dt = f(t, y), y = (local coordinates x, velocities v, work of the four powers, work on each independent
-/// group, and where several groups have constraint rows, the work of rows that are off on each). The local
-/// coordinates are centred on the state given to start().
+/// dy/dt = f(t, y) with y = (local coordinates x, velocities v, work of the four powers, work on each
+/// independent group and, if several groups have constraint rows, the work of violated rows on each of them).
+/// The local coordinates are centred on the state given to start().
 class MotionFlow : public Flow {
  public:
   MotionFlow(const System& system, const SimulationSettings& settings, Workspace& workspace);
@@ -25,44 +25,44 @@ class MotionFlow : public Flow {
   void position_rate(const Eigen::VectorXd& y, Eigen::VectorXd& dy) override;
   void position_rates(const Eigen::VectorX<Lanes>& y, Eigen::VectorX<Lanes>& dy) override;
   bool derivative(double t, const Eigen::VectorXd& y, Eigen::VectorXd& dy) override;
-  /// Where a batch can have the scene (batch.hpp), no row holds, nothing depends on time, the solids do not
-  /// mostly swing by themselves (of those, one state takes hardly any time) and no lane had to be solved by
-  /// itself.
+  /// True if a batch can evaluate the scene (batch.hpp), no row is active, nothing depends on time, no lane
+  /// had to be solved separately, and at most half of the solids are single pendulums (one state of those is
+  /// cheap enough).
   bool has_lanes() override;
   bool derivatives(const Eigen::VectorX<Quad>& y, int states, Eigen::VectorX<Quad>& dy) override;
   bool derivatives(const Eigen::VectorX<Lanes>& y, int states, Eigen::VectorX<Lanes>& dy) override;
 
-  /// Centres the local coordinates on a state, fills y and dy there, decides the rank of the constraints for
-  /// the step to come. Leaves the equations at that state in the workspace. Where they are there already (the
-  /// last slope that the integrator asked for was at this state, and there are no rows), they are not solved
-  /// again. False: they cannot be solved; see failure().
+  /// Centres the local coordinates on `state`, fills y and dy there and decides the rank of the constraints
+  /// for the coming step. Leaves the equations at `state` in the workspace. It does not solve them again if
+  /// the integrator's last slope was at this state and there are no rows. False: they cannot be solved; see
+  /// failure().
   bool start(const State& state, const Work& work, Eigen::VectorXd& y, Eigen::VectorXd& dy);
 
-  /// Instead of start(), for a method that keeps its history: readies the step from `state` at y in the local
-  /// coordinates as it is. False: as in start().
+  /// Replaces start() for a method that keeps its history: prepares the step from `state`, at y in the
+  /// present local coordinates. False: as in start().
   bool go_on(const State& state, const Eigen::VectorXd& y, Eigen::VectorXd& dy);
   /// Whether a ball has turned by more than a radian from the centre of the local coordinates at y.
   bool off_centre(const Eigen::VectorXd& y) const;
 
-  /// The position, velocity and work that y stands for.
+  /// Sets position, velocity and work from y.
   void take(const Eigen::VectorXd& y, State& state, Work& work) const;
 
   const MotionFlow* motion() const override { return this; }
   const System& system() const { return system_; }
-  /// The equations as last solved, with all that they give there.
+  /// The last solution of the equations, completed with everything they give at that state.
   const Workspace& workspace() const {
     complete(system_, system_.parameters, w_);
     return w_;
   }
-  /// Whether constraint rows are kept by projection.
+  /// Whether projection keeps the constraint rows.
   bool projects() const { return system_.rows > 0 && projects_; }
 
-  /// How far a state is from that which y stands for, on error_scale(): the component most so.
+  /// Largest difference of a component between `state` and y, in units of error_scale().
   double distance(const Eigen::VectorXd& y, const State& state);
 
-  /// How the constraint rows enter the equations; with the rank decided anew.
+  /// How the constraint rows enter the equations when the rank is decided anew.
   const RowHandling& handling() const { return handling_; }
-  /// Why the last slope could not be had, at time t.
+  /// Why the last slope could not be evaluated, at time t (s).
   Error failure(double t) const;
   /// The name of component i of y.
   std::string component(int i) const;
@@ -83,27 +83,27 @@ class MotionFlow : public Flow {
   Workspace& w_;
   RowHandling handling_, within_step_;
   bool projects_;
-  std::vector<int> groups_with_rows_, apart_groups_;  ///< the latter: the same if several, else none
+  std::vector<int> groups_with_rows_, apart_groups_;  ///< apart_groups_: the same if several, else empty
   Fault fault_;
-  int turned_ = -1;  ///< the velocity whose ball turned too far for the local coordinates; -1: none
+  int turned_ = -1;  ///< velocity index of a ball that turned too far for the local coordinates; -1: none
   Eigen::VectorXd q0_, scale_;
-  /// The groups whose work an adaptive method's steps follow: those that drives or constraints move.
+  /// Groups whose work an adaptive method controls: those that drives or constraints move.
   std::vector<char> counted_groups_;
-  /// Of each group, J: its kinetic energy where every coordinate moves by its scale per second; the largest
+  /// Per group, J: kinetic energy if every coordinate moves by its scale per second; largest kinetic energy
   /// so far.
   Eigen::VectorXd unit_energy_, largest_energy_;
-  // where derivative() last solved the equations
+  // State of the last solution in derivative().
   bool solved_ = false;
   double last_time_ = 0;
   Eigen::VectorXd q_, last_v_;
-  long evaluations_ = -1;  ///< the workspace's count then
-  bool lanes_fit_;         ///< has_lanes() while no row holds
+  long evaluations_ = -1;  ///< evaluation count of the workspace at that solution
+  bool lanes_fit_;         ///< has_lanes() while no row is active
   template <class T>
   struct Together;
   template <class T>
   bool solve_together(std::unique_ptr<Together<T>>& together, const Eigen::VectorX<T>& y, int states,
                       Eigen::VectorX<T>& dy);
-  // what several states at once ask for; none before the first
+  // Workspaces for several states at once; allocated on first use.
   std::unique_ptr<Together<Quad>> four_;
   std::unique_ptr<Together<Lanes>> eight_;
 };

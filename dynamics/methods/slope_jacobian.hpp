@@ -1,19 +1,19 @@
-// df/dy of a flow by differences: for methods that solve implicit equations by Newton's method.
+// df/dy of a flow by finite differences, for Newton's method in implicit integrators.
 #pragma once
 
 #include "dynamics/methods/integrator.hpp"
 
 namespace borelli {
 
-/// How many of y's components f depends on: positions and velocities, or all where a flow does not tell them
-/// apart. What is integrated beside them (work) has no effect on f.
+/// How many of y's components f depends on: positions and velocities, or all if the flow does not distinguish
+/// them. The remaining components (work) are quadratures and do not affect f.
 inline Eigen::Index acting_components(const Flow& flow) {
   return flow.positions() > 0 ? 2 * flow.positions() : flow.size();
 }
 
-/// J <- the derivatives of f's first J.rows() components by y's first J.cols() at (t, y), where dy = f(t, y);
-/// each by a difference of 1e-7 of the component's scale. `moved` and `slope` are scratch, sized as y. False:
-/// f could not be evaluated.
+/// J <- derivatives of f's first J.rows() components by y's first J.cols() components at (t, y), given dy =
+/// f(t, y). Forward differences of 1e-7 of the component's scale. `moved` and `slope` are scratch of y's
+/// size. False: f could not be evaluated.
 template <class Matrix>
 bool slope_jacobian(Flow& flow, double t, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
                     Eigen::VectorXd& moved, Eigen::VectorXd& slope, Matrix& J) {

@@ -8,8 +8,8 @@ namespace borelli {
 
 namespace {
 
-/// out's positions <- those that the velocities in `out` lead to from y in h, by the trapezoidal rule in the
-/// coordinates (exact where they are centred on y). False: no convergence.
+/// Positions of `out` <- the positions after h from y with the velocities in `out`, by the trapezoidal rule
+/// in the local coordinates (exact if they are centred on y). False: no convergence.
 bool move_positions(Flow& flow, double h, const Eigen::VectorXd& y, Eigen::VectorXd& slope,
                     Eigen::VectorXd& at_start, Eigen::VectorXd& out) {
   const Eigen::Index n = flow.positions();
@@ -62,7 +62,7 @@ Attempt VelocityVerlet::attempt(Flow& flow, double t, double h, const Eigen::Vec
     }
     const auto verdict = settling.after(worst);
     if (verdict == Settling::Verdict::settled) break;
-    // where the iteration runs away it comes to velocities that have no accelerations
+    // A diverging iteration may reach velocities at which f cannot be evaluated.
     if (verdict == Settling::Verdict::failed || !flow.derivative(t, half_, first_)) {
       failed.trouble =
           "the half step of the velocity did not converge: forces depend on it too strongly for this method "

@@ -1,10 +1,10 @@
-// Fixed-step methods that treat positions and velocities apart, for long runs of scenes that keep their
-// energy: its error stays bounded where Runge-Kutta methods drift.
+// Fixed-step methods that treat positions and velocities separately, for long runs of scenes that conserve
+// energy: the energy error stays bounded, while that of Runge-Kutta methods drifts.
 //
-// Both work on (q, v) with accelerations a(q, v), not on momenta. Where the mass matrix A is constant and
-// forces depend on positions alone they are the symplectic Euler and the Stoermer-Verlet method; where A
-// depends on q they are not symplectic, and what stays is that Verlet's variant is time-reversible (Hairer,
-// Lubich, Wanner, Geometric Numerical Integration, second edition, sections I.1 and V.1).
+// Both work on (q, v) with accelerations a(q, v), not on momenta. If the mass matrix A is constant and forces
+// depend on positions alone, they are the symplectic Euler and the Stoermer-Verlet method. If A depends on q,
+// they are not symplectic, but Verlet's variant is time-reversible (Hairer, Lubich, Wanner, Geometric
+// Numerical Integration, second edition, sections I.1 and V.1).
 #pragma once
 
 #include "dynamics/methods/integrator.hpp"
@@ -23,10 +23,10 @@ class SemiImplicitEuler : public Integrator {
   Eigen::VectorXd slope_, at_start_;
 };
 
-/// Velocity Verlet with an implicit half step of the velocity, since accelerations depend on it:
+/// Velocity Verlet with an implicit half step of the velocity, because accelerations depend on velocity:
 ///   v' = v0 + h/2 a(t0, q0, v'),  q1 from q0 with v',  v1 = v' + h/2 a(t1, q1, v').
-/// It is its own inverse for -h, so of second order and reversible: a ball turns by exp(h v'), back by exp(-h
-/// v'). Work is added up by half steps alike.
+/// The step with -h is its inverse, so it is reversible and of order 2; a ball turns by exp(h v') and back by
+/// exp(-h v'). Work is integrated by the same half steps.
 class VelocityVerlet : public Integrator {
  public:
   int order() const override { return 2; }

@@ -1,6 +1,6 @@
-// The next step from the error of this one. With beta > 0 the error before counts as well, which keeps the
-// steps steady where stability rather than accuracy bounds them (PI control: Hairer and Wanner, Solving ODEs
-// II, section IV.2).
+// Chooses the next step from the error of this one. With beta > 0 the previous error also counts (PI
+// control), which keeps the steps steady when stability rather than accuracy limits them (Hairer and Wanner,
+// Solving ODEs II, section IV.2).
 #pragma once
 
 #include <algorithm>
@@ -11,25 +11,25 @@ namespace borelli {
 class StepControl {
  public:
   struct Limits {
-    double beta;          ///< the share of the error before
-    double shrink, grow;  ///< the least and largest factor from step to step
+    double beta;          ///< weight of the previous error
+    double shrink, grow;  ///< smallest and largest ratio of successive steps
     double safety = 0.9;
   };
-  /// `order`: the error goes as h^order.
+  /// `order`: the error is proportional to h^order.
   StepControl(int order, const Limits& limits)
       : limits_(limits), exponent_(1.0 / order - 0.75 * limits.beta) {}
 
-  /// The step after an accepted one of h whose error was `error` of what is allowed.
+  /// The step after an accepted one of h; `error` in units of the tolerance.
   double after_accepted(double h, double error) {
     const double factor =
         limits_.safety * std::pow(before_, limits_.beta) / std::pow(std::max(error, 1e-10), exponent_);
     before_ = std::max(error, 1e-4);
-    // growing again right after a rejection would only be rejected again
+    // A step that grows right after a rejection would be rejected again.
     const double grow = rejected_ ? 1 : limits_.grow;
     rejected_ = false;
     return h * std::clamp(factor, limits_.shrink, grow);
   }
-  /// The step to try instead of one of h whose error was too large.
+  /// The step to try in place of a rejected one of h.
   double after_rejected(double h, double error) {
     rejected_ = true;
     return h * std::max(limits_.shrink, limits_.safety / std::pow(error, exponent_));

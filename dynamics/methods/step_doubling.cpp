@@ -33,8 +33,8 @@ Attempt StepDoubling::attempt(Flow& flow, double t, double h, const Eigen::Vecto
   error /= tolerance_;
   if (!std::isfinite(error)) return failed;
   attempt.accepted = error <= 1;
-  // the error goes as h^(order+1); a rejected step is shortened a little more, growth is bounded (Press et
-  // al.)
+  // The error goes as h^(order+1). A rejected step is shortened a little more; growth is bounded (Press et
+  // al.).
   constexpr double safety = 0.9;
   if (attempt.accepted)
     attempt.next_step = error > 0 ? h * std::min(4.0, safety * std::pow(error, -1.0 / (order + 1))) : 4 * h;

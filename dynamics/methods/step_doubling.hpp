@@ -1,7 +1,6 @@
-// Adaptive step by doubling: each step is made once whole and once in two halves; their difference is the
-// error that the next step is chosen by, and, a fifteenth of it added (fourth order), also improves the
-// result (local extrapolation). Press et al., Numerical Recipes, section 16.2: the paper's adaptive
-// fourth-order Runge-Kutta.
+// Adaptive steps by doubling: each step is made once as a whole and once in two halves. The difference
+// controls the step; 1/15 of it (at order 4) is added to the result (local extrapolation). Press et al.,
+// Numerical Recipes, section 16.2: the paper's adaptive fourth-order Runge-Kutta method.
 #pragma once
 
 #include "dynamics/methods/explicit_runge_kutta.hpp"

@@ -27,20 +27,20 @@ constexpr const char* no_accuracy =
     "the error of a step stays above the tolerance, however short the step; the motion cannot be continued "
     "to it";
 
-// the step proposed to the run: all that is left, since the solver chooses its own within it
+// Step proposed to the run: all that is left, because the solver chooses its own steps within it.
 constexpr double own_choice = std::numeric_limits<double>::infinity();
 
-// of one step: a factor of ten each at most, where a transient begins
+// Per step; each rejection shortens it by up to ten, where a transient begins.
 constexpr int most_rejections = 20;
 
-// steps in a part of one, which a stop met at its start may take through many swings
+// Steps in one shortened step: a stiff stop at its start may swing many times within it.
 constexpr long most_in_part = 100000;
 
 Eigen::Map<Eigen::VectorXd> numbers(N_Vector vector) {
   return {N_VGetArrayPointer(vector), N_VGetLength(vector)};
 }
 
-/// What the solver needs: its vectors, matrix and linear solver, and the flow that it calls back for.
+/// Data of the solver: vectors, matrix, linear solver, and the flow that it calls back.
 struct Base {
   SUNContext context = nullptr;
   N_Vector y = nullptr;
@@ -69,18 +69,18 @@ struct Base {
   static int rhs(double t, N_Vector y, N_Vector dy, void* user) {
     Base& self = *static_cast<Base*>(user);
     self.state = numbers(y);
-    if (!self.flow->derivative(t, self.state, self.slope)) return 1;  // a shorter step may help
+    if (!self.flow->derivative(t, self.state, self.slope)) return 1;  // a shorter step may succeed
     numbers(dy) = self.slope;
     return 0;
   }
-  /// Its norm is the root of the mean of (weight times error) squared; as large as its largest term it is a
-  /// bound for each component.
+  /// Error weights. The solver's norm is the root mean square of weight times error; the factor sqrt(size)
+  /// makes it a bound on each component.
   static int weights(N_Vector, N_Vector weight, void* user) {
     const Base& self = *static_cast<Base*>(user);
     const Eigen::VectorXd& scale = self.flow->error_scale();
     const double root = std::sqrt(double(scale.size()));
     auto w = numbers(weight);
-    for (Eigen::Index i = 0; i < scale.size(); ++i)  // one that is not controlled still needs a weight
+    for (Eigen::Index i = 0; i < scale.size(); ++i)  // an uncontrolled component still needs a weight
       w[i] = std::isfinite(scale[i]) ? root / (self.tolerance * scale[i]) : 1e-20;
     return 0;
   }
@@ -96,14 +96,14 @@ struct Base {
     return slope_jacobian(*self.flow, t, self.state, self.start_slope, self.moved, self.slope, acting) ? 0
                                                                                                        : 1;
   }
-  static void quiet(int, const char*, const char*, char*, void*) {}  // errors are told by their codes
+  static void quiet(int, const char*, const char*, char*, void*) {}  // return codes report errors
 };
 
 Attempt failed(bool accuracy) {
   return {.evaluated = false, .accepted = false, .trouble = accuracy ? no_accuracy : no_convergence};
 }
 
-/// Of a step so short that it leaves time where it was.
+/// A step too short to advance time.
 constexpr Attempt below_rounding{.accepted = false, .next_step = 0};
 
 }  // namespace
@@ -165,7 +165,7 @@ Attempt CvodeBdf::attempt(Flow& flow, double t, double h, const Eigen::VectorXd&
 
 bool CvodeBdf::prepare_dense(Flow&, double, double, const Eigen::VectorXd&, const Eigen::VectorXd&,
                              const Eigen::VectorXd&) {
-  return true;  // CVODE keeps what it takes
+  return true;  // CVODE keeps its own history
 }
 
 void CvodeBdf::interpolate(double theta, Eigen::VectorXd& y) const {
@@ -177,8 +177,8 @@ void CvodeBdf::interpolate(double theta, Eigen::VectorXd& y) const {
 
 struct ArkodeDirk::Memory : Base {
   void* arkode = nullptr;
-  double start = 0;                              ///< s, of the step
-  const Eigen::VectorXd *from = nullptr, *rate;  ///< the state there and the slope, which is known
+  double start = 0;                              ///< s, start of the step
+  const Eigen::VectorXd *from = nullptr, *rate;  ///< the state there and its known slope
   long rejected = 0;
   Memory(Flow& of, double wanted, double t, const Eigen::VectorXd& y0) : Base(of, wanted) {
     numbers(y) = y0;
@@ -191,16 +191,18 @@ struct ArkodeDirk::Memory : Base {
     ARKStepSetTableNum(arkode, ARKODE_ESDIRK437L2SA_7_3_4, ARKODE_ERK_NONE);
     ARKStepSetMaxErrTestFails(arkode, most_rejections);
     ARKStepSetMaxNumSteps(arkode, most_in_part);
-    // stages are solved to a hundredth of the tolerance, and to 1e-9 of their scale at least
+    // Stage equations are solved to 0.01 of the tolerance, or to 1e-9 of the scale if that is tighter.
     ARKStepSetNonlinConvCoef(arkode, std::min(0.01, 1e-9 / wanted));
     ARKStepSetMaxNonlinIters(arkode, 8);
     ARKStepSetStagePredictFn(arkode, lead_on);
-    // slopes of stages from their states: evaluated, they would have the errors of these times stiff rates
+    // Slopes of stages are deduced from their states. Evaluated slopes would contain the states' errors times
+    // the stiff rates.
     ARKStepSetDeduceImplicitRhs(arkode, SUNTRUE);
   }
   ~Memory() { ARKStepFree(&arkode); }
-  /// Stages are sought, and the Jacobian taken, where the step's first slope leads: where a contact begins to
-  /// slide friction has no direction yet, and how it changes is seen nowhere near, however short the step.
+  /// Predicts the stages, and takes the Jacobian, along the step's first slope. Friction of a contact that
+  /// starts to slide has no direction at zero velocity, so the Jacobian at the start is useless however short
+  /// the step.
   static int lead_on(double t, N_Vector y, void* user) {
     const Memory& self = static_cast<Memory&>(*static_cast<Base*>(user));
     numbers(y) = *self.from + (t - self.start) * *self.rate;
@@ -228,7 +230,7 @@ int ArkodeDirk::evolve(Flow& flow, double t, double h, const Eigen::VectorXd& y,
   numbers(m.y) = y;
   ARKStepReset(m.arkode, t, m.y);
   ARKStepSetInitStep(m.arkode, h);
-  // one step ends at t + h by its length; at a stop time it would leave no proposal for the next
+  // A single step ends at t + h by its length; with a stop time it would not propose the next step.
   if (how == ARK_NORMAL) ARKStepSetStopTime(m.arkode, t + h);
   reached = t;
   const int code = ARKStepEvolve(m.arkode, t + h, m.y, &reached, how);

@@ -1,4 +1,4 @@
-// The books of a run: what was done on the system since its start.
+// The work done on the system since the start of a run.
 #pragma once
 
 #include <Eigen/Core>
@@ -7,13 +7,13 @@
 
 namespace borelli {
 
-/// Work done on the system since the start, J; integrated with the motion, except that of projections and
-/// events, which is their jump of energy.
+/// Work done on the system since the start, J. Most is integrated with the motion; that of projections and
+/// events is the jump of energy they cause.
 struct Work {
-  /// What was done on an independent group.
+  /// Work on one independent group.
   struct OnGroup {
     double moving = 0;  ///< integrated with the motion
-    double rows = 0;    ///< the part of `moving` by constraint rows that are off
+    double rows = 0;    ///< part of `moving` done by violated constraint rows
     double projection = 0, projection_size = 0, events = 0;
     double total() const { return moving + projection + events; }
     double row_work() const { return rows + projection; }
@@ -26,10 +26,10 @@ struct Work {
   double events = 0, events_size = 0;
   std::vector<OnGroup> groups;
   double total() const { return efforts + drives + constraints + violation + projection + events; }
-  /// The work of constraint rows that are off, by step errors or Baumgarte; rows that are met do none.
+  /// Work of violated constraint rows (step errors or Baumgarte); satisfied rows do none.
   double row_work() const { return violation + projection; }
 
-  /// Books the change of each group's energy by a projection.
+  /// Adds the energy change of each group by a projection, J.
   void add_projection(const Eigen::VectorXd& jump) {
     projection += jump.sum();
     projection_size += std::abs(jump.sum());
@@ -39,7 +39,7 @@ struct Work {
     }
   }
 
-  /// Books the change of each group's energy by an event.
+  /// Adds the energy change of each group by an event, J.
   void add_event(const Eigen::VectorXd& jump) {
     events += jump.sum();
     events_size += std::abs(jump.sum());

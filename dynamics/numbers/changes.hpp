@@ -1,11 +1,11 @@
-// Whether numbers are those that something was found from.
+// Detects whether any of a set of numbers has changed.
 #pragma once
 
 #include "dynamics/numbers/lanes.hpp"
 
 namespace borelli {
 
-/// Of many numbers, to a bit, so that what is no number is seen too.
+/// Compares numbers bit by bit, so that changes to or from NaN count too.
 class Changes {
  public:
   template <class Value>

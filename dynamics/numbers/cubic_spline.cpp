@@ -8,7 +8,8 @@ namespace borelli {
 
 namespace {
 
-/// x with rows below[i] x[i-1] + diagonal[i] x[i] + above[i] x[i+1] = right[i], by elimination (Thomas).
+/// Solves the tridiagonal system below[i] x[i-1] + diagonal[i] x[i] + above[i] x[i+1] = right[i] (Thomas
+/// algorithm).
 std::vector<double> solve_tridiagonal(const std::vector<double>& below, std::vector<double> diagonal,
                                       const std::vector<double>& above, std::vector<double> right) {
   const std::size_t n = right.size();
@@ -24,8 +25,8 @@ std::vector<double> solve_tridiagonal(const std::vector<double>& below, std::vec
   return right;
 }
 
-/// The same with `corner` in the last column of the first row and the first of the last (Sherman and
-/// Morrison's formula).
+/// Solves the same system with `corner` at the top right and bottom left of the matrix (Sherman-Morrison
+/// formula).
 std::vector<double> solve_cyclic(const std::vector<double>& below, std::vector<double> diagonal,
                                  const std::vector<double>& above, double corner,
                                  const std::vector<double>& right) {
@@ -43,7 +44,7 @@ std::vector<double> solve_cyclic(const std::vector<double>& below, std::vector<d
   return x;
 }
 
-/// Second derivatives at the values: the slopes of neighbouring pieces agree where they meet.
+/// Second derivatives at the knots, from the continuity of the slope between neighbouring pieces.
 std::vector<double> bends(const std::vector<double>& x, const std::vector<double>& y, SplineEnds ends) {
   const std::size_t pieces = x.size() - 1;
   const auto width = [&](std::size_t i) { return x[i + 1] - x[i]; };
@@ -52,7 +53,7 @@ std::vector<double> bends(const std::vector<double>& x, const std::vector<double
   const std::size_t n = periodic ? pieces : pieces + 1;
   std::vector<double> below(n, 0), diagonal(n, 1), above(n, 0), right(n, 0);
   for (std::size_t i = 0; i < n; ++i) {
-    if (!periodic && !clamped && (i == 0 || i == pieces)) continue;  // no second derivative
+    if (!periodic && !clamped && (i == 0 || i == pieces)) continue;  // zero second derivative
     const bool has_left = i > 0 || periodic, has_right = i < pieces;
     const std::size_t left = i > 0 ? i - 1 : pieces - 1;
     diagonal[i] = ((has_left ? width(left) : 0) + (has_right ? width(i) : 0)) / 3;

@@ -1,5 +1,5 @@
-// The cubic spline through given values: twice continuously differentiable, of all such functions the one
-// that bends least (de Boor, A Practical Guide to Splines, 1978, chapter IV).
+// Interpolating cubic splines: twice continuously differentiable. The natural one minimises the integral of
+// the squared second derivative (de Boor, A Practical Guide to Splines, 1978, chapter IV).
 #pragma once
 
 #include <algorithm>
@@ -11,18 +11,17 @@
 
 namespace borelli {
 
-/// What holds at the first and the last value.
+/// Boundary conditions at the first and the last value, and the extrapolation beyond them.
 enum class SplineEnds {
-  natural,  ///< no second derivative; beyond them it goes on straight, and stays twice differentiable
-  clamped,  ///< no first derivative; beyond them it stays at the end's value (its second derivative jumps
-            ///< there)
-  periodic  ///< both derivatives are the same at both; beyond them it begins again
+  natural,  ///< zero second derivative; extrapolates linearly, twice continuously differentiable
+  clamped,  ///< zero first derivative; extrapolates by the end value (the second derivative jumps there)
+  periodic  ///< first and second derivatives agree at both ends; repeats beyond them
 };
 
-/// Their names in files, in that order.
+/// Names in files, in the order of SplineEnds.
 inline constexpr std::string_view spline_ends_names[] = {"natural", "clamped", "periodic"};
 
-/// A spline's value and its first two derivatives at one place.
+/// Value, first and second derivative of a spline at one x.
 template <class T>
 struct SplineValue {
   T value, slope, curvature;
@@ -31,15 +30,15 @@ struct SplineValue {
 class CubicSpline {
  public:
   CubicSpline() = default;
-  /// Through (x, y), with no `complaint` of them.
+  /// The spline through (x, y). Precondition: complaint(x, y, ends) is empty.
   CubicSpline(std::vector<double> x, std::vector<double> y, SplineEnds ends);
 
-  /// Why there is no such spline; empty: there is one. It takes two values at least, four for a periodic one
-  /// whose last value is the first; x rising; all of them finite.
+  /// Why the spline cannot be built; empty: it can. x must rise strictly, and all numbers must be finite. A
+  /// spline needs at least two values; a periodic one at least four, the last equal to the first.
   static std::string complaint(const std::vector<double>& x, const std::vector<double>& y, SplineEnds ends);
 
   bool empty() const { return x_.empty(); }
-  /// Where it begins and ends.
+  /// First and last knot.
   double first() const { return x_.front(); }
   double last() const { return x_.back(); }
   const std::vector<double>& knots() const { return x_; }

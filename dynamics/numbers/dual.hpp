@@ -1,6 +1,6 @@
-// A dual number: a value with its derivatives along N directions (forward differentiation; Griewank, Walther,
-// Evaluating Derivatives, 2nd edition, 2008, chapter 3). What the engine computes on it comes with exact
-// derivatives.
+// A dual number: a value with its derivatives along N directions (forward-mode automatic differentiation;
+// Griewank, Walther, Evaluating Derivatives, 2nd edition, 2008, chapter 3). The engine evaluated on dual
+// numbers gives exact derivatives.
 #pragma once
 
 #include <array>
@@ -67,13 +67,13 @@ struct Dual {
   friend Dual operator*(double a, Dual b) { return b *= a; }
   friend Dual operator/(double a, const Dual& b) { return Dual(a) /= b; }
 
-  // by value
+  // Comparisons use the values alone.
   friend bool operator==(const Dual& a, const Dual& b) { return a.value == b.value; }
   friend auto operator<=>(const Dual& a, const Dual& b) { return a.value <=> b.value; }
   friend bool operator==(const Dual& a, double b) { return a.value == b; }
   friend auto operator<=>(const Dual& a, double b) { return a.value <=> b; }
 
-  /// f(value), with the derivative `slope` of f there.
+  /// Chain rule: value `f`, and derivatives `slope` * d, with `slope` the derivative of f at the value.
   Dual mapped(double f, double slope) const {
     Dual out;
     out.value = f;
@@ -95,7 +95,7 @@ template <int N>
 Dual<N> cos(const Dual<N>& x) {
   return x.mapped(std::cos(x.value), -std::sin(x.value));
 }
-/// At zero, where the root has no derivative, it is given none: a length that vanishes there is at its least.
+/// At zero the root has no derivative; zero is used. A length that vanishes is at its minimum there.
 template <int N>
 Dual<N> sqrt(const Dual<N>& x) {
   const double root = std::sqrt(x.value);
@@ -114,7 +114,8 @@ Dual<N> abs(const Dual<N>& x) {
   return x.value < 0 ? -x : x;
 }
 
-/// The width that the engine is built for: a solid's ten inertial numbers, or ten coordinates, in one pass.
+/// The engine is compiled for this width: one pass differentiates by the ten inertial numbers of a solid, or
+/// by ten coordinates.
 using DualNumber = Dual<10>;
 
 }  // namespace borelli

@@ -8,7 +8,8 @@
 
 namespace borelli {
 
-/// x <- M^-1 x for the first n rows and columns, by elimination with row pivots; M is lost.
+/// Solves M x = b in place for the leading n x n block: x holds b on entry. Gaussian elimination with partial
+/// (row) pivoting; overwrites M.
 inline void eliminate(RowsOf<double>& M, Eigen::VectorXd& x, int n) {
   for (int k = 0; k < n; ++k) {
     int pivot = k;

@@ -1,12 +1,11 @@
-// The largest of numbers that may not all be numbers.
+// The maximum of numbers that may include NaN.
 #pragma once
 
 #include <cmath>
 
 namespace borelli {
 
-/// Whether `part` is to take the place of the largest so far: it is larger, or not a number, which then
-/// stays.
+/// Whether `part` replaces the running maximum `most`: it is larger, or NaN. A maximum of NaN stays.
 inline bool exceeds(double part, double most) { return !(part <= most) && !std::isnan(most); }
 
 }  // namespace borelli

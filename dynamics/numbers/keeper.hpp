@@ -1,5 +1,6 @@
-// What a run remembers between steps, as bytes, so that another run can go on from there as if it had never
-// been broken off. Each part of a run lists its members in `keep(Keeper&)`, once for both ways.
+// Checkpoints: saves what a run carries from step to step as bytes. A run restored from them continues as if
+// it had not been interrupted. Each part of a run lists its members once, in `keep(Keeper&)`, for saving and
+// restoring.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,7 +16,7 @@
 
 namespace borelli {
 
-/// FNV-1a, 64 bits: a single byte that differs always changes it, more of them all but always.
+/// FNV-1a, 64 bits. A change of one byte always changes it; other changes almost always.
 inline std::uint64_t checksum_of(std::string_view bytes) {
   std::uint64_t hash = 0xcbf29ce484222325;
   for (const char c : bytes) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
@@ -24,10 +25,10 @@ inline std::uint64_t checksum_of(std::string_view bytes) {
 
 class Keeper {
  public:
-  /// Puts things away.
+  /// Saves.
   Keeper() = default;
-  /// Fills things in from what another keeper put away, in the same order. A list or matrix that has entries
-  /// already must have as many there: their number follows from the scene.
+  /// Restores what another Keeper saved, in the same order. A list or matrix that already has entries must
+  /// have the same size in `bytes`, since the scene determines it.
   explicit Keeper(std::string bytes) : filling_(true), bytes_(std::move(bytes)) {}
 
   template <class... Things>
@@ -35,7 +36,7 @@ class Keeper {
     (keep(things), ...);
   }
 
-  /// A number from lowest to highest. A restored one outside of this range is damage.
+  /// A number from `lowest` to `highest`. A restored number outside this range marks the data as damaged.
   template <class T>
   void within(T& number, T lowest, T highest) {
     T there = number;
@@ -43,20 +44,21 @@ class Keeper {
     if (!(there >= lowest && there <= highest)) damaged_ = true;
     if (!damaged_) number = there;
   }
-  /// A list that grows during the run, so that the restored one may have any size.
+  /// A list that grows during the run: the restored one may have any size.
   template <class T>
   void growing(std::vector<T>& list) {
     if (filling_) list.clear();
     keep(list);
   }
-  /// The number of entries that follow. Damage where the rest has fewer than `least` bytes for each.
+  /// The number of entries that follow, each of at least `least` bytes. If fewer bytes remain on restoring,
+  /// the data is damaged.
   void count(std::size_t& number, std::size_t least) {
     keep(number);
     if (filling_ && (damaged_ || number > (bytes_.size() - at_) / least)) damaged_ = true, number = 0;
   }
 
   const std::string& bytes() const { return bytes_; }
-  /// Filling in: whether all bytes were used, and none were missing.
+  /// After restoring: whether all bytes were used, and none were missing or damaged.
   bool whole() const { return !damaged_ && at_ == bytes_.size(); }
 
  private:

@@ -1,13 +1,13 @@
-// Doubles side by side: what the engine computes on them it computes for as many states (eight, Lanes) or
-// bodies (four, Quad) at once. They lie in vectors of GCC's, as wide as a register: what is wider GCC would
-// put together in memory. So whoever computes on them for speed is compiled for each width (processor.hpp).
+// SIMD numbers: doubles side by side. The engine evaluated on them handles several states (eight, Lanes) or
+// bodies (four, Quad) at once. They are GCC vectors no wider than a register, since GCC assembles wider ones
+// in memory. So fast code is compiled once for each register width (processor.hpp).
 #pragma once
 
 #include "dynamics/numbers/scalar.hpp"
 
 namespace borelli {
 
-/// `width` numbers in a register, aligned like what Eigen and malloc hand out.
+/// GCC vectors of `width` numbers in a register. Alignment as of memory from Eigen and malloc.
 template <int width>
 struct Register;
 template <>
@@ -26,7 +26,7 @@ struct Register<2> {
   typedef long long Words __attribute__((vector_size(16)));
 };
 
-/// For which of N lanes a condition holds.
+/// A condition for each of N lanes.
 template <int N, int width>
 class LaneMask {
  public:
@@ -54,7 +54,7 @@ class LaneMask {
 template <int N>
 class LaneMask<N, N> {
  public:
-  using Vector = typename Register<N>::Words;  ///< -1: it holds; 0: not
+  using Vector = typename Register<N>::Words;  ///< -1: true; 0: false
 
   explicit LaneMask(const Vector& holds) : holds_(holds) {}
   LaneMask(const LaneMask& other) : holds_(other.holds_) {}
@@ -64,14 +64,14 @@ class LaneMask<N, N> {
   bool operator[](int lane) const { return holds_[lane] != 0; }
   bool all() const { return reduced<true>(); }
   bool any() const { return reduced<false>(); }
-  // (Where speed counts, ask for all() of two comparisons one after the other: what & joins GCC 12 compares
-  // number by number in registers of eight.)
+  // (For speed, call all() on one comparison after the other. GCC 12 evaluates comparisons joined by & number
+  // by number in registers of eight.)
   friend LaneMask operator&(const LaneMask& a, const LaneMask& b) { return LaneMask(a.holds_ & b.holds_); }
   friend LaneMask operator|(const LaneMask& a, const LaneMask& b) { return LaneMask(a.holds_ | b.holds_); }
 
  private:
-  /// Whether every (else any) lane holds, in the fewest instructions: eight as bytes of one word, of four the
-  /// lower half by the upper.
+  /// Whether every lane is true (`every`), or any. Few instructions: eight lanes become the bytes of one
+  /// word; four lanes combine their lower and upper halves.
   template <bool every>
   bool reduced() const {
     using Two = typename Register<2>::Words;
@@ -99,7 +99,7 @@ bool everywhere(const LaneMask<N, width>& condition) {
   return condition.all();
 }
 
-/// N numbers, in registers of so many.
+/// N numbers in registers of `width`.
 template <int N, int width>
 class LanesOf {
  public:
@@ -173,8 +173,8 @@ class LanesOf<N, N> {
   using Vector = typename Register<N>::Numbers;
 
   LanesOf() {}
-  LanesOf(double each) {  // NOLINT: a constant is the same in all lanes, in one instruction if it is so said
-    if constexpr (N == 8) {  // (from braces GCC 12 would put eight together one by one)
+  LanesOf(double each) {     // NOLINT: a constant is the same in all lanes
+    if constexpr (N == 8) {  // (from braces GCC 12 inserts eight one by one)
       const Vector first{each};
       x_ = __builtin_shufflevector(first, first, 0, 0, 0, 0, 0, 0, 0, 0);
     } else if constexpr (N == 4) {
@@ -184,14 +184,14 @@ class LanesOf<N, N> {
     }
   }
   explicit LanesOf(const Vector& x) : x_(x) {}
-  // not trivial, so that it is passed in memory whatever processor the caller is compiled for
+  // Not trivial, so that it is passed in memory, whatever processor the caller is compiled for.
   LanesOf(const LanesOf& other) : x_(other.x_) {}
   LanesOf& operator=(const LanesOf& other) {
     x_ = other.x_;
     return *this;
   }
 
-  /// N numbers in memory.
+  /// Loads N consecutive numbers from memory.
   static LanesOf load(const double* from) {
     LanesOf out;
     __builtin_memcpy(&out.x_, from, sizeof out.x_);
@@ -231,7 +231,7 @@ class LanesOf<N, N> {
   Vector x_;
 };
 
-/// As they are kept; LanesOf another width lie in memory alike.
+/// The types in which data is stored. LanesOf with other register widths have the same memory layout.
 using Lanes = LanesOf<8, 4>;
 using Quad = LanesOf<4, 4>;
 
@@ -257,14 +257,14 @@ LanesOf<N, width> larger(const LanesOf<N, width>& a, const LanesOf<N, width>& b)
   return choose(a < b, b, a);
 }
 template <int N, int width, class M>
-M choose(const LaneMask<N, width>& condition, const M& yes, const M& no) {  // of Eigen's matrices of lanes
+M choose(const LaneMask<N, width>& condition, const M& yes, const M& no) {  // for Eigen matrices of lanes
   M out;
   for (Eigen::Index i = 0; i < out.size(); ++i)
     out.data()[i] = choose(condition, yes.data()[i], no.data()[i]);
   return out;
 }
 
-/// As scalar.hpp's, lane by lane; what no lane asks for is not evaluated.
+/// `either` of scalar.hpp, lane by lane. A branch that no lane takes is not evaluated.
 template <int N, int width, class Yes, class No>
 auto either(const LaneMask<N, width>& condition, Yes&& yes, No&& no) {
   using Out = decltype(yes());
@@ -273,7 +273,7 @@ auto either(const LaneMask<N, width>& condition, Yes&& yes, No&& no) {
   return choose(condition, Out(yes()), Out(no()));
 }
 
-/// f of each lane by itself.
+/// Applies f to each lane.
 template <int N, int width, class F>
 LanesOf<N, width> lane_by_lane(const LanesOf<N, width>& x, F&& f) {
   LanesOf<N, width> out = 0;
@@ -296,16 +296,17 @@ LanesOf<N, width> atan2(const LanesOf<N, width>& y, const LanesOf<N, width>& x) 
   return out;
 }
 
-/// sin(x) and, a quarter of a turn on, cos(x): the nearest quarter turn is taken off in three parts, of which
-/// the products are exact (Cody, Waite, Software Manual for the Elementary Functions, 1980; the parts are
-/// fdlibm's), and polynomials do the rest (Moshier, Cephes, to 1 unit in the last place on an eighth turn).
+/// sin(angle + quarters pi/2): the sine for `quarters` 0, the cosine for 1; angle in rad. The nearest
+/// multiple of pi/2 is subtracted in three parts, whose products are exact (Cody, Waite, Software Manual for
+/// the Elementary Functions, 1980; the parts are those of fdlibm). Polynomials evaluate the rest (Moshier,
+/// Cephes, to 1 unit in the last place for |x| <= pi/4).
 template <int N>
 LanesOf<N, N> sine(const LanesOf<N, N>& angle, int quarters) {
   using Vector = typename LanesOf<N, N>::Vector;
-  constexpr double farthest = 524288;  // quarter turns have 20 bits at most
+  constexpr double farthest = 524288;  // the number of quarter turns has 20 bits at most
   if (!everywhere(abs(angle) < farthest))
     return lane_by_lane(angle, [&](double x) { return quarters ? std::cos(x) : std::sin(x); });
-  constexpr double shift = 0x1.8p52;  // pushes what is less than one out of a number, and the rest to its end
+  constexpr double shift = 0x1.8p52;  // adding it rounds to an integer and puts that in the lowest bits
   const Vector x = angle.vector(), shifted = x * 0.63661977236758134308 + shift, turns = shifted - shift;
   const Vector r = ((x - turns * 1.57079632673412561417e+00) - turns * 6.07710050630396597660e-11) -
                    turns * 2.02226624879595063154e-21;

@@ -1,5 +1,5 @@
 // Rigid transforms and unit quaternions in monogram notation: X_AB = (R_AB, p_AB) places frame B in frame A.
-// Over any scalar (scalar.hpp); the short names are for double.
+// Templates over the scalar type (scalar.hpp); the short names are for double.
 #pragma once
 
 #include <Eigen/Core>
@@ -25,7 +25,7 @@ PoseOf<T> operator*(const PoseOf<T>& X_AB, const PoseOf<U>& X_BC) {
   return {X_AB.R * X_BC.R, X_AB.R * X_BC.p + X_AB.p};
 }
 
-/// Whether X is a rotation, to 1e-9, and a finite place.
+/// Whether X.R is a rotation matrix within 1e-9 and X.p is finite.
 inline bool is_rigid(const Pose& X) {
   return X.p.allFinite() && X.R.allFinite() &&
          (X.R * X.R.transpose() - Eigen::Matrix3d::Identity()).norm() < 1e-9 && X.R.determinant() > 0;
@@ -71,8 +71,8 @@ Eigen::Matrix3<typename A::Scalar> rotation_matrix(const Eigen::MatrixBase<A>& a
   return R;
 }
 
-/// The unit quaternion of R with w >= 0: of the four rows of 4 q q^T, whose entries are sums of R's, one with
-/// a large diagonal entry is q but for its length (Shepperd, J. Guidance and Control 1 (1978)).
+/// The unit quaternion of R with w >= 0 (Shepperd, J. Guidance and Control 1 (1978)). The entries of 4 q q^T
+/// are sums of entries of R. A row with a large diagonal entry, normalised, is q.
 template <class M>
 QuaternionOf<typename M::Scalar> quaternion(const Eigen::MatrixBase<M>& matrix) {
   using T = typename M::Scalar;
@@ -83,7 +83,7 @@ QuaternionOf<typename M::Scalar> quaternion(const Eigen::MatrixBase<M>& matrix) 
   const T ww = 1 + R(0, 0) + R(1, 1) + R(2, 2), xx = 1 + R(0, 0) - R(1, 1) - R(2, 2),
           yy = 1 - R(0, 0) + R(1, 1) - R(2, 2), zz = 1 - R(0, 0) - R(1, 1) + R(2, 2);
   const Q row = either(
-      ww >= 1, [&] { return Q(ww, x, y, z); },  // (then w^2 >= 1/4; else one of the others is)
+      ww >= 1, [&] { return Q(ww, x, y, z); },  // (then w^2 >= 1/4; otherwise x^2, y^2 or z^2 is)
       [&] {
         return Q(either(
             xx >= 1, [&] { return Q(x, xx, xy, xz); },

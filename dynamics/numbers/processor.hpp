@@ -1,5 +1,5 @@
-// Functions compiled for several processors: which of them is run is found out as the program starts, or as
-// it calls them. All that such a function calls and whose source it sees is inlined, and so compiled with it.
+// Functions compiled for several processors. The version to run is chosen at program start or at the call.
+// All callees whose source is visible are inlined, and so compiled for the same processor.
 #pragma once
 
 #include <algorithm>
@@ -8,8 +8,8 @@
 #include "dynamics/numbers/lanes.hpp"
 
 #if defined(__x86_64__) && defined(__GLIBC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
-/// For processors with AVX-512, with fused multiply-add, and for any. (Of AVX-512 it is not the width that
-/// numbers one by one gain from, but twice as many registers.)
+/// Versions for processors with AVX-512, with fused multiply-add, and for any. (Scalar code gains from the
+/// doubled number of registers of AVX-512, not from their width.)
 #define BORELLI_INLINED_FOR_PROCESSOR \
   [[gnu::flatten, gnu::target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")]]
 #else
@@ -18,14 +18,14 @@
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
 #define BORELLI_REGISTERS 1
-// (what interprocedural analysis says of such a function would hold for other types than its callers')
+// (noipa: the function sees other types than its callers, so interprocedural analysis would be wrong)
 #define BORELLI_FOR_REGISTERS(processor) [[gnu::noipa, gnu::flatten, gnu::target(processor)]]
 #endif
 
 namespace borelli {
 
-/// How many numbers the widest registers hold that in_registers is to use: 8 (AVX-512), 4 (AVX2) or 2.
-/// Whoever tests or measures the code for lesser processors may set it lower, before any thread computes.
+/// Numbers per register that in_registers uses: 8 (AVX-512), 4 (AVX2) or 2. Tests and benchmarks of the code
+/// for lesser processors may lower it, before any thread computes.
 inline int register_width = [] {
 #ifdef BORELLI_REGISTERS
   __builtin_cpu_init();
@@ -35,7 +35,8 @@ inline int register_width = [] {
   return 2;
 }();
 
-/// A type of lanes, of what is made of such or points at them, with the lanes in registers of `width`.
+/// T with its lanes in registers of `width`. T is a lane type, a template of one, a vector of them, or a
+/// pointer to one.
 template <int width, class T>
 struct InRegisters {
   using Type = T;
@@ -61,7 +62,7 @@ struct InRegisters<width, T*> {
   using Type = typename InRegisters<width, T>::Type*;
 };
 
-/// The same object as one of lanes in registers of `width`: in memory they lie alike.
+/// The same object, seen with its lanes in registers of `width`: the memory layout is equal.
 template <int width, class T>
 auto& as_in_registers(T& x) {
   return reinterpret_cast<typename InRegisters<width, T>::Type&>(x);
@@ -80,8 +81,8 @@ auto in_registers_of_four(const Work& work, Of&... of) {
 }
 #endif
 
-/// Calls work<width>(of...) in code for the processor that runs it; what is made of lanes (LanesOf) among
-/// `of` it gets as of lanes in registers of `width`, which is 8, 4 or 2.
+/// Calls work<width>(of...) in code for the running processor; `width` is 8, 4 or 2. Arguments made of lanes
+/// (LanesOf) are passed with their lanes in registers of `width`.
 template <class Work, class... Of>
 auto in_registers(const Work& work, Of&&... of) {
 #ifdef BORELLI_REGISTERS

@@ -1,23 +1,24 @@
-// Where a function of one number changes its sign.
+// Root of a scalar function within a bracket.
 #pragma once
 
 #include <cmath>
 
 namespace borelli {
 
-/// The bracket of a change of sign, as narrow as asked.
+/// The final bracket of a sign change.
 struct Root {
-  double before, after;  ///< the function has its sign at the start here, and not there
+  double before, after;  ///< f has the sign of f(a) at `before`, and not at `after`
   double value_before, value_after;
 };
 
 /// Chandrupatla's method (A new hybrid quadratic-bisection algorithm, Advances in Engineering Software 28,
-/// 1997): inverse quadratic interpolation where it is safe, bisection elsewhere; never slower than bisection
-/// by more than a few steps. `f(x, &y)` returns false where it has no value; then so does this. f(a) and f(b)
-/// must differ in sign (zero counts as the sign that it is not at a); the bracket shrinks to `resolution`.
+/// 1997): inverse quadratic interpolation where it is safe, otherwise bisection. It takes at most a few steps
+/// more than bisection. `f(x, y)` stores the value in y; it returns false if it has none, and find_root then
+/// returns false too. f(a) and f(b) must differ in sign (zero counts as the sign that f(a) has not). The
+/// bracket shrinks to `resolution`.
 template <class Function>
 bool find_root(Function&& f, double a, double fa, double b, double fb, double resolution, Root& root) {
-  // x1 is the newest end, x2 the other, x3 the one before
+  // x1: newest end; x2: other end; x3: previous end
   double x1 = b, f1 = fb, x2 = a, f2 = fa, x3 = a, f3 = fa, t = 0.5;
   const auto as_at_a = [fa](double y) { return y != 0 && (y > 0) == (fa > 0); };
   while (std::abs(x1 - x2) > resolution) {

@@ -1,6 +1,6 @@
-// Rotation vectors (axis times angle) and quaternions: the exponential map, its inverse, and how a rotation
-// vector's rate goes with the body angular velocity. Closed forms with series near zero; see Iserles,
-// Munthe-Kaas, Norsett, Zanna, Lie-group methods, Acta Numerica 2000, appendix B.
+// Rotation vectors (axis times angle) and quaternions: exponential map, logarithm, and the relation between
+// the rate of a rotation vector and the body angular velocity. Closed forms, with series near zero; see
+// Iserles, Munthe-Kaas, Norsett, Zanna, Lie-group methods, Acta Numerica 2000, appendix B.
 #pragma once
 
 #include <array>
@@ -48,8 +48,8 @@ Eigen::Vector3<typename A::Scalar> logarithm(const Eigen::MatrixBase<A>& a) {
 }
 
 /// The rate of theta for a body angular velocity w, where R = R0 exp(theta): the inverse of the right
-/// Jacobian, w + theta x w / 2 + c theta x (theta x w), c = 1/angle^2 - cot(angle/2) / (2 angle). Breaks down
-/// at angle = 2 pi.
+/// Jacobian, w + theta x w / 2 + c theta x (theta x w), c = 1/angle^2 - cot(angle/2) / (2 angle). Singular at
+/// angle = 2 pi.
 template <class V, class W>
 Eigen::Vector3<typename V::Scalar> rotation_vector_rate(const Eigen::MatrixBase<V>& vector,
                                                         const Eigen::MatrixBase<W>& w) {
@@ -67,11 +67,12 @@ Eigen::Vector3<typename V::Scalar> rotation_vector_rate(const Eigen::MatrixBase<
   return w + 0.5 * cross + c * theta.cross(cross);
 }
 
-/// Body angular velocity and acceleration of R = R0 exp(theta(t)), from theta and its two derivatives.
+/// Body angular velocity (rad/s) and acceleration (rad/s^2) of R = R0 exp(theta(t)), from theta (rad) and its
+/// first two derivatives.
 inline std::array<Eigen::Vector3d, 2> body_velocity(const Eigen::Vector3d& theta, const Eigen::Vector3d& rate,
                                                     const Eigen::Vector3d& acceleration) {
   // w = rate - a theta x rate + b theta x (theta x rate), a = (1 - cos)/angle^2, b = (angle - sin)/angle^3;
-  // da and db are the derivatives of a and b by angle, over angle
+  // da and db are the derivatives of a and b by angle, divided by angle
   const double x = theta.squaredNorm(), angle = std::sqrt(x);
   double a, b, da, db;
   if (angle < 0.05) {  // the first terms left out are below 1e-15 here

@@ -1,4 +1,4 @@
-// Whether an iteration has settled, by the sizes of its corrections.
+// Convergence test of an iteration, by the sizes of its corrections.
 #pragma once
 
 #include <cmath>
@@ -10,9 +10,10 @@ class Settling {
  public:
   enum class Verdict { go_on, settled, slow, failed };
 
-  /// After a correction of that size (against the unknowns' scale). Settled: down to rounding, or no longer
-  /// falling near it. Slow: falling by less than half, so that many more would be needed. Failed: not a
-  /// number, or too many.
+  /// Judges a correction of this size, relative to the scale of the unknowns.
+  /// - Settled: at rounding level, or near it and no longer halving.
+  /// - Slow: shrinks by less than half, so many more iterations would be needed.
+  /// - Failed: not finite, or too many corrections.
   Verdict after(double correction) {
     const double before = last_;
     last_ = correction;

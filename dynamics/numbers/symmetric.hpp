@@ -1,4 +1,4 @@
-// A symmetric 3x3 matrix by its six numbers, so that nothing is computed twice: tensors of inertia.
+// A symmetric 3x3 matrix stored by its six distinct entries, such as an inertia tensor.
 #pragma once
 
 #include "dynamics/numbers/pose.hpp"
@@ -17,7 +17,7 @@ struct Symmetric3 {
     xx += b.xx, xy += b.xy, xz += b.xz, yy += b.yy, yz += b.yz, zz += b.zz;
     return *this;
   }
-  /// Less a b^T, which is symmetric.
+  /// Subtracts a b^T, which must be symmetric.
   void subtract(const Eigen::Vector3<T>& a, const Eigen::Vector3<T>& b) {
     xx -= a[0] * b[0], xy -= a[0] * b[1], xz -= a[0] * b[2];
     yy -= a[1] * b[1], yz -= a[1] * b[2], zz -= a[2] * b[2];
@@ -35,27 +35,28 @@ struct Symmetric3 {
   }
 };
 
-/// A B, where it is known to be symmetric.
+/// The product A B, which must be symmetric.
 template <class A, class B>
 Symmetric3<typename A::Scalar> symmetric_product(const A& a, const B& b) {
   const auto entry = [&](int i, int j) { return a(i, 0) * b(0, j) + a(i, 1) * b(1, j) + a(i, 2) * b(2, j); };
   return {entry(0, 0), entry(0, 1), entry(0, 2), entry(1, 1), entry(1, 2), entry(2, 2)};
 }
 
-/// Whether a tensor's axes are principal ones (of several tensors, each one's).
+/// Whether a tensor is diagonal, so that its axes are principal; for lane types, in every lane.
 template <class Tensor>
 bool has_principal_axes(const Tensor& tensor) {
   return everywhere(tensor(0, 1) == 0) && everywhere(tensor(0, 2) == 0) && everywhere(tensor(1, 2) == 0);
 }
 
-/// tensor a. Less work where its axes are `principal` ones.
+/// tensor a. Cheaper if its axes are `principal` ones.
 template <class T, class Tensor>
 Eigen::Vector3<T> times(const Tensor& tensor, bool principal, const Eigen::Vector3<T>& a) {
   if (principal) return {tensor(0, 0) * a[0], tensor(1, 1) * a[1], tensor(2, 2) * a[2]};
   return tensor * a;
 }
 
-/// R tensor R^T; the tensor of a body in its own axes, R_WB. Less work where they are `principal` ones.
+/// R tensor R^T: rotates the tensor of a body from its own axes to world axes, R = R_WB. Cheaper if the own
+/// axes are `principal` ones.
 template <class T, class Tensor>
 Symmetric3<T> turned(const Eigen::Matrix3<T>& R, const Tensor& tensor, bool principal) {
   Eigen::Matrix3<T> half;
@@ -66,7 +67,7 @@ Symmetric3<T> turned(const Eigen::Matrix3<T>& R, const Tensor& tensor, bool prin
   return symmetric_product(half, R.transpose());
 }
 
-/// -m [d]x [d]x: the inertia about a point of a mass m at d from it.
+/// -m [d]x [d]x: inertia tensor about a point of a mass m at the offset d from it, kg m^2.
 template <class T>
 Symmetric3<T> point_inertia(const T& m, const Eigen::Vector3<T>& d) {
   const T x = m * d[0], y = m * d[1], z = m * d[2];

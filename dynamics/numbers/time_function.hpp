@@ -1,5 +1,5 @@
-// Functions with their first two derivatives: of time, for what drives a switch, scales a force, moves a
-// constraint; of a coordinate, for what another is coupled to.
+// Scalar functions with their first two derivatives. As functions of time they drive switches, scale forces
+// and move constraints. As functions of a coordinate they couple another one to it.
 #pragma once
 
 #include <cmath>
@@ -27,7 +27,8 @@ struct Polynomial {
   template <class T>
   TimeValueOf<T> operator()(const T& t) const {
     TimeValueOf<T> f;
-    for (auto c = coefficients.rbegin(); c != coefficients.rend(); ++c) {  // Horner, on all three at once
+    for (auto c = coefficients.rbegin(); c != coefficients.rend(); ++c) {  // Horner for value, rate and
+                                                                           // acceleration
       f.acceleration = f.acceleration * t + 2 * f.rate;
       f.rate = f.rate * t + f.value;
       f.value = f.value * t + *c;
@@ -64,8 +65,8 @@ struct Sine {
   }
 };
 
-/// The cubic spline through values at rising times, twice continuously differentiable: measured motions, hand
-/// drawn ones. Beyond its times see SplineEnds.
+/// The cubic spline through values at rising times, such as a measured motion. It is twice continuously
+/// differentiable between its ends. `ends` sets the boundary conditions and the extrapolation (SplineEnds).
 struct Table {
   static constexpr std::string_view kind = "table";
   std::vector<double> times, values;
@@ -77,7 +78,7 @@ struct Table {
     prepare();
   }
 
-  /// Lays the spline through the values; anew where they were changed.
+  /// Builds the spline. Call it again after changing times, values or ends.
   void prepare() {
     spline_ = CubicSpline::complaint(times, values, ends).empty() ? CubicSpline(times, values, ends)
                                                                   : CubicSpline();
@@ -106,7 +107,7 @@ struct Table {
   CubicSpline spline_;
 };
 
-/// A new function is one struct like the above, and its name here.
+/// To add a function, write a struct like those above and list it here.
 using TimeFunction = std::variant<Polynomial, Sine, Table>;
 
 inline TimeFunction constant(double value) { return Polynomial{{value}}; }

@@ -5,7 +5,7 @@
 
 namespace borelli {
 
-/// A force and its moment about the origin of the frame that it acts on; world axes, N, N m.
+/// A force (N) and its moment (N m) about the origin of the frame that it acts on; world axes.
 template <class T>
 struct Wrench {
   Eigen::Vector3<T> n = Eigen::Vector3<T>::Zero();  ///< moment

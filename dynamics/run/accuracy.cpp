@@ -14,51 +14,53 @@ namespace borelli {
 
 namespace {
 
-// below these rounding is as large as what the methods leave
+// Below these tolerances rounding is as large as the error of the methods.
 constexpr double least_explicit = 1e-14, least_implicit = 1e-12;
 
-// how often two runs are compared
+// Number of times at which two runs are compared.
 constexpr int comparisons = 64;
 
-// a tolerance no farther above the least one stays: two runs so near each other tell nothing of their errors
+// The tolerance is not lowered if it is within this factor of the least one: runs so close tell nothing about
+// their errors.
 constexpr double worth_lowering = 2;
 
-// Without a run that verifies: the first tolerance that is to do, in parts of the accuracy, and at most (the
-// certificate doubts the energy of looser runs); how much coarser the run before it is, and at most; a
-// difference at which two runs have nothing in common any more, and the factor to the next tolerance then.
-// Tuned on half of the scenes of auto_bench; a loosest of 3e-5 would save an eighth on smooth scenes at 1e-1
-// and 1e-2, and cost a third more on the pendulums of 4 to 7 bars, whose looser runs have nothing in common.
+// Without `verify`. to_do: first tolerance to try for the answer, relative to the accuracy. loosest: its
+// upper bound (the certificate distrusts the energy of looser runs). pilot, coarsest: ratio of the pilot
+// run's tolerance to it, and its upper bound. apart: difference at which two runs have nothing in common.
+// after_apart: factor to the next tolerance then. Tuned on half of the scenes of auto_bench. A loosest of
+// 3e-5 would save an eighth on smooth scenes at accuracies 1e-1 and 1e-2, but cost a third more on pendulums
+// of 4 to 7 bars.
 constexpr double to_do = 0.003, loosest = 3e-6, pilot = 1e5, coarsest = 3e-3, apart = 0.5, after_apart = 0.01;
 
-// two runs that differ by so much of what moves in them have nothing in common either, however little that is
-// on its scale
+// Two runs also have nothing in common if they differ by this fraction of the range of motion, however small
+// that is on the scale.
 constexpr double apart_in_range = 0.25;
 
-// where stops or contacts are met, errors are not in proportion to tolerances: they go by the square root of
-// these, and where two runs farther apart than this do not do, the third is near the second
+// With stops or contacts, errors depend on tolerances by the square root. If two runs farther apart than this
+// do not suffice, the third tolerance is close to the second.
 constexpr double near_pilot = 1000;
 
-// The first run's velocities are put off by that part of its tolerance: what it differs by from the next
-// then holds what a motion makes of errors that are larger than itself (about an unstable position, where
-// steps too long for the motion pass for right by any tolerance). An implicit method keeps what is smaller
-// than its tolerance in such a position, so there it is more than that.
+// The first run's velocities are disturbed by this multiple of its tolerance. The difference to the next run
+// then shows how the motion amplifies small errors, such as near an unstable position, where steps too long
+// for the motion pass any tolerance. An implicit method damps disturbances below its tolerance there, so its
+// factor is larger.
 constexpr double off_explicit = 0.03, off_implicit = 3;
 
-// after two runs with nothing in common errors are in no proportion to tolerances, either: they count by no
-// less than this part of these's square root
+// After two runs with nothing in common, errors are not proportional to tolerances either: they count with at
+// least this multiple of the tolerance ratio's square root.
 constexpr double after_parting = 1. / 3;
 
-// an explicit run after an implicit one may cost so many times what has been spent
+// An explicit run after an implicit one may cost this multiple of the evaluations so far.
 constexpr double worth_a_try = 5;
 
-// an implicit method's first run that loses so much of the energy turned over, where the explicit one would
-// take no more than so many times its evaluations
+// The explicit method takes over if the implicit method's first run loses this fraction of the energy
+// turnover, and the explicit one would take at most this multiple of its evaluations.
 constexpr double much_lost = 0.1, much_cheaper = 3;
 
-// how often a run is made anew that has reached its accuracy, but whose certificate is not trusted
+// How often a run is repeated that reached its accuracy but has an untrusted certificate.
 constexpr int most_doubts = 3;
 
-/// The angle between two orientations, by the chord of their quaternions.
+/// The angle between two orientations, from the chord of their quaternions.
 double turn_between(const Quaternion& p, const Quaternion& q) {
   return 4 * std::asin(std::min(1.0, 0.5 * std::min((p - q).norm(), (p + q).norm())));
 }
@@ -82,9 +84,9 @@ void compare(const System& system, const Samples& a, const Samples& b, std::size
   }
 }
 
-/// The largest difference of an independent group's positions or velocities, in parts of the most that any of
-/// its own moves in the run of b, all on the scale of differences; of groups that differ by more than
-/// `least`. (Not of each coordinate by itself: one that hardly moves beside others says nothing.)
+/// The largest difference of an independent group's positions or velocities, relative to the largest motion
+/// of any of its coordinates in run b, on the scale of differences. Only groups that differ by more than
+/// `least` count. Single coordinates are not judged: one that hardly moves says nothing.
 double largest_part(const System& system, const Samples& a, const Samples& b, double least) {
   struct Most {
     double difference = 0, moved = 0;
@@ -116,10 +118,10 @@ double largest_part(const System& system, const Samples& a, const Samples& b, do
   return largest;
 }
 
-/// Whether efforts or velocities jumped on the way.
+/// Whether efforts or velocities jumped during the run.
 bool is_rough(const Certificate& c) {
   return std::any_of(c.events.begin(), c.events.end(), [](const LoggedEvent& e) {
-    return e.kind != "range_left" && e.kind != "range_entered";  // (which nothing comes of)
+    return e.kind != "range_left" && e.kind != "range_entered";  // these have no effect
   });
 }
 
@@ -133,13 +135,13 @@ Difference largest_difference(const System& system, const Samples& a, const Samp
 
 namespace {
 
-/// The choice of method and tolerance, from run to run.
+/// The search for method and tolerance, run by run.
 class Search {
  public:
   Search(const System& system, double start, const SimulationSettings& settings)
       : system_(system), start_(start), settings_(settings), chosen_(settings) {
     chosen_.accuracy = 0;
-    // a method of several steps bears no projection between them
+    // A multistep method does not allow projections between steps.
     implicit_ =
         system.rows > 0 && settings.constraints == ConstraintTreatment::projection ? "arkode" : "cvode";
     choose_explicit();
@@ -150,10 +152,12 @@ class Search {
       Samples samples;
       samples.times = times();
       SimulationSettings how = chosen_;
-      if (how.energy_threshold == 0)  // (a tolerance far below the accuracy promises no more than that)
+      // a tolerance far below the accuracy does not promise a better energy balance
+      if (how.energy_threshold == 0)
         how.energy_threshold = std::max(std::min(settings_.accuracy, 1e-3), energy_threshold(chosen_, true));
       if (!before_ && !settings_.verify && chosen_.method != implicit_)
-        how.output_interval = settings_.end_time - start_;  // it is no answer: its rows are not wanted
+        // this run is not the answer, so its rows are not needed
+        how.output_interval = settings_.end_time - start_;
       const double off = chosen_.method == implicit_ ? off_implicit : off_explicit;
       limits_.disturbance = before_ || exact_ ? 0 : off * chosen_.tolerance;
       auto now = run(how, limits_, samples);
@@ -163,7 +167,7 @@ class Search {
         if (chosen_.tolerance > first_)  // it may be too coarse
           next_tolerance(std::max(0.1, first_ / chosen_.tolerance));
         else
-          exact_ = parted_ = true;  // or end where the motion asked for does not
+          exact_ = parted_ = true;  // the disturbed motion may end where the undisturbed one does not
         ended_ =
             fmt::format("put off a little ({:.2g}), it ends: {}", limits_.disturbance, now.error().message());
         continue;
@@ -174,7 +178,7 @@ class Search {
         before_.reset();
         continue;
       }
-      limits_.evaluations = std::numeric_limits<double>::infinity();  // this method comes through,
+      limits_.evaluations = std::numeric_limits<double>::infinity();  // this method reaches the end,
       limits_.leave_if_stiff = false;                                 // and finer runs are less stiff
       if (!before_ && wasteful(now->certificate)) {
         choose_explicit();
@@ -200,9 +204,8 @@ class Search {
   }
 
  private:
-  /// The last time, s, up to which the two runs agree to the accuracy. Where the accuracy is not reached,
-  /// rounding may bear most of the finer run's error, so its tolerance does not make it smaller than the
-  /// difference.
+  /// The last time, s, up to which the two runs agree to the accuracy. If the accuracy is not reached,
+  /// rounding may dominate the finer run's error, so its estimate is not below the difference.
   double agree_until(const Samples& before, const Samples& now) const {
     double until = start_;
     Difference worst;
@@ -218,7 +221,7 @@ class Search {
     std::vector<double> out;
     if (!(settings_.end_time > start_)) return out;
     const double whole = settings_.end_time - start_, interval = settings_.output_interval;
-    if (interval > 0 && interval < whole) {  // at rows of output, which are there anyway
+    if (interval > 0 && interval < whole) {  // at output rows, which exist anyway
       const double rows = whole / interval;
       const double each = std::ceil(rows / comparisons);
       for (double i = each; i < rows * (1 - 1e-9); i += each) out.push_back(start_ + i * interval);
@@ -245,9 +248,8 @@ class Search {
     chosen_.tolerance = std::min(pilot * first_, coarsest);
   }
 
-  /// Gives over to the other sort of method. Of the run that is left the whole would be `times` as long: an
-  /// implicit method may spend what that would take at the steps so far, the explicit one five times all that
-  /// has been spent.
+  /// Switches to the other kind of method. The whole of the abandoned run would take `times` as long. An
+  /// implicit method may spend that many evaluations; the explicit one five times those spent so far.
   void change_method(const Certificate& left, double times) {
     if (found_.empty())
       found_ = fmt::format("{} found the scene stiff at t = {:.6g} s", chosen_.method, left.stiff_from);
@@ -267,9 +269,8 @@ class Search {
     limits_.evaluations = from_implicit ? worth_a_try * spent_ : left_would_take_;
   }
 
-  /// Whether the first run of an implicit method has lost much of the energy that is turned over, and was not
-  /// much cheaper than the explicit one would have been: what swings there without damping is no less dear to
-  /// it.
+  /// Whether the first run of an implicit method lost much of the energy turnover and was not much cheaper
+  /// than the explicit run would have been: undamped oscillations cost it as much.
   bool wasteful(const Certificate& c) const {
     return chosen_.method == implicit_ && c.energy_drift > much_lost * c.energy_turnover &&
            left_would_take_ < much_cheaper * double(c.evaluations);
@@ -288,7 +289,7 @@ class Search {
                                   settings_.accuracy, chosen_.method, why_, chosen_.tolerance, how_known));
   }
 
-  /// The run's error, from its difference to the coarser run before it. Infinite where the two runs part.
+  /// The run's error, from its difference to the coarser run before it. Infinite if the two runs part.
   double error_of(double difference) const {
     return settings_.verify || common_ ? error_while_near(difference)
                                        : std::numeric_limits<double>::infinity();
@@ -296,8 +297,8 @@ class Search {
   /// The same while the two runs follow the same motion.
   double error_while_near(double difference) const {
     const double share = chosen_.tolerance / tolerance_before_;
-    // with errors in proportion to the tolerances, the finer run's is share / (1 - share) of the difference;
-    // where it is to be verified, it counts with no less than the coarser one's
+    // If errors are proportional to tolerances, the finer run's error is share / (1 - share) of the
+    // difference. With `verify`, at least the whole difference counts.
     if (settings_.verify) return difference * std::max(1.0, share / (1 - share));
     if (difference > apart) return std::numeric_limits<double>::infinity();
     const double part = rough_    ? std::sqrt(share)
@@ -306,7 +307,7 @@ class Search {
     return difference * part / (1 - share);
   }
 
-  /// Whether the run is the answer; else chooses the next tolerance.
+  /// Whether the run is the answer; otherwise chooses the next tolerance.
   bool judge(const Difference& found, double agree, Trajectory& now) {
     const double error = error_of(found.size);
     const bool reached = error <= settings_.accuracy;
@@ -317,13 +318,13 @@ class Search {
                      : std::isfinite(error)
                          ? std::clamp(0.3 * settings_.accuracy / error, 1e-3, parted_ && !rough_ ? 0.03 : 0.1)
                          : after_apart);
-      // two runs of an implicit method that begin alike may both keep what is too small for them
+      // Two similar runs of an implicit method may both damp what is below their tolerances.
       afresh_ = chosen_.method == implicit_ && chosen_.tolerance > 10 * worth_lowering * least_;
       return false;
     }
     Certificate& c = now.certificate;
     if (reached && !c.trusted && doubted_ < most_doubts && chosen_.tolerance > worth_lowering * least_) {
-      ++doubted_;  // energy and momenta may ask for more than was asked for
+      ++doubted_;  // energy and momenta may need a tighter tolerance than the accuracy
       const double lower = 0.3 * c.energy_threshold * c.energy_turnover / c.energy_drift;
       next_tolerance(lower < 0.1 ? std::max(lower, 1e-3) : 0.1);
       return false;
@@ -364,16 +365,16 @@ class Search {
   RunLimits limits_{.leave_if_stiff = true, .own_first_step = true};
   std::string why_, found_, ended_;
   double least_ = 0, tolerance_before_ = 0;
-  double first_ = 0;            ///< tolerance that is to do, where a coarser run judges it
-  double spent_ = 0;            ///< evaluations, so far
-  double left_would_take_ = 0;  ///< evaluations, of the run that was left, at its steps
+  double first_ = 0;            ///< first tolerance for the answer, if a coarser run judges it
+  double spent_ = 0;            ///< evaluations so far
+  double left_would_take_ = 0;  ///< evaluations that the abandoned run would take at its steps
   int runs_ = 0;
-  bool afresh_ = false;  ///< the next run is the first of two again
-  bool exact_ = false;   ///< the first run begins where it is asked to: disturbed, it ended
-  bool common_ = true;   ///< the last two runs had, in proportion to what moves
+  bool afresh_ = false;  ///< the next run is again the first of two
+  bool exact_ = false;   ///< the first run is undisturbed, because disturbed it failed
+  bool common_ = true;   ///< the last two runs agree, relative to the range of motion
   bool parted_ = false;  ///< two runs had nothing in common
   bool rough_ = false;   ///< a run met stops or contacts
-  int doubted_ = 0;      ///< so many runs were made again since their certificates were not trusted
+  int doubted_ = 0;      ///< number of runs repeated for an untrusted certificate
   std::optional<Samples> before_;
 };
 

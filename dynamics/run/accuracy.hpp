@@ -1,17 +1,17 @@
-// A run to an asked accuracy: method and tolerance are chosen here, and the error is estimated by running
-// twice.
+// Runs to a given accuracy: chooses method and tolerance, and estimates the error by comparing two runs.
 //
-// Two runs at unlike tolerances differ by about the error of the coarser one, and errors are about in
-// proportion to the tolerances. So a run is compared with one before it, a hundred thousand times coarser,
-// and its own error is estimated as so much smaller a part of the difference; where that is above the
-// accuracy, a finer run follows. Where a run meets stops or contacts, errors go with tolerances less evenly:
-// then they count by the square root of these, and where two more than a thousand times apart do not do, the
-// next is near. To verify, the two stand but a factor of ten apart, and all that they differ by counts. The
-// first run is put off a little, at its start and on its way, so that two runs do not agree on what both are
-// too coarse to see.
-// Accuracy counts on each component's scale (System::velocity_scale: 1 rad, or the length of what a
-// coordinate carries; velocities per second, and of their own size), at times that both runs look at, from
-// the methods' dense output.
+// Two runs at different tolerances differ by about the error of the coarser one, and errors are about
+// proportional to tolerances. A run is compared with a run at a tolerance 1e5 times coarser; its own error is
+// estimated as that much smaller a fraction of their difference. If the estimate is above the accuracy, a
+// finer run follows. If a run meets stops or contacts, errors depend less regularly on tolerances: the
+// estimate then uses the square root of the ratio, and if two runs more than 1000 times apart do not suffice,
+// the next tolerance is close to the last. With `verify`, the tolerances differ by a factor of ten and the
+// whole difference counts as the error. The first run is disturbed a little, at its start and on its way, so
+// that two runs cannot agree on a feature that both are too coarse to resolve.
+//
+// Accuracy is relative to each component's scale (System::velocity_scale: 1 rad, or the length of what a
+// coordinate carries; for velocities the same per second plus their own size). It is judged at times that
+// both runs sample with dense output.
 #pragma once
 
 #include <functional>
@@ -21,14 +21,14 @@
 
 namespace borelli {
 
-/// The states of a run at times that other runs are looked at, too.
+/// States of a run at the times at which runs are compared.
 struct Samples {
-  std::vector<double> times;          ///< s, rising, after the start
-  std::vector<Eigen::VectorXd> q, v;  ///< as many as the run has come to
-  /// The least and the largest of each number of q and v, at the start and after all steps, too: what moves
-  /// in step with the times moves all the same.
+  std::vector<double> times;          ///< s, ascending, after the start
+  std::vector<Eigen::VectorXd> q, v;  ///< one per time that the run reached
+  /// Minimum and maximum of each component of q and v over the start and all steps. They show motion that the
+  /// sampling times alias.
   Eigen::VectorXd q_low, q_high, v_low, v_high;
-  long evaluations = 0;  ///< that the run took, also where it failed
+  long evaluations = 0;  ///< of the run, also if it failed
 
   void cover(const State& state) {
     if (q_low.size() == 0) {
@@ -40,25 +40,26 @@ struct Samples {
   }
 };
 
-/// One run with those settings; fills in the samples.
+/// One run with the given settings and limits; fills in the samples.
 using RunOnce =
     std::function<Result<Trajectory>(const SimulationSettings&, const RunLimits&, Samples& samples)>;
 
-/// The largest difference of two runs of one system, as above.
+/// The largest difference between two runs of one system, relative to the component's scale.
 struct Difference {
   double size = 0;
   double time = 0;      ///< s
-  int coordinate = -1;  ///< in System::coordinates; -1: there is none
+  int coordinate = -1;  ///< index in System::coordinates; -1: none
 };
 Difference largest_difference(const System& system, const Samples& a, const Samples& b);
 
-/// Runs from time `start` (s) to settings.accuracy (> 0): by dop853; where it finds
-/// the scene stiff by cvode, or by arkode where constraints are projected. These may spend what the run that
-/// was left would have taken at its steps; where that does not do, the stiffness was none (a passage through
-/// a singular position looks like it) and the explicit method may spend five times what has been spent, and
-/// so on in turn until one comes through. The certificate says what was chosen and why, and distrusts a run
-/// whose accuracy could not be shown (a chaotic motion over a long time). `stopped` tells whether the user
-/// has ended the last run.
+/// Runs from time `start` (s) to settings.accuracy (> 0). Starts with dop853. If that finds the scene stiff,
+/// cvode takes over, or arkode if constraints are projected. The implicit method may spend the evaluations
+/// that the abandoned run would have needed at its step size. If that does not suffice, the scene was not
+/// stiff after all (a passage through a singular position looks stiff), and the explicit method may spend
+/// five times the evaluations spent so far. The two alternate until one reaches the end. The certificate
+/// states the choice and the reason; it does not trust a run whose accuracy could not be shown (a chaotic
+/// motion over a long time). `stopped` tells whether the user has stopped the last run. Fails as simulate()
+/// does.
 Result<Trajectory> run_to_accuracy(const System& system, double start, const SimulationSettings& settings,
                                    const RunOnce& run, const std::function<bool()>& stopped);
 

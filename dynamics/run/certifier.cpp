@@ -9,11 +9,11 @@ namespace borelli {
 
 namespace {
 
-// Share of the touching length: a deeper overlap, before projection, may have gone through. (A hundredth is
-// trusted.)
+// Fraction of the length scale: a deeper overlap, before its removal, may have passed through. (A hundredth
+// is trusted.)
 constexpr double goes_through = 0.1;
 
-// Share of a run's allowed error that one step may use before it is made in parts.
+// Fraction of a run's allowed error that one step may use; otherwise it is divided.
 constexpr double own_part = 0.05;
 
 }  // namespace
@@ -27,8 +27,8 @@ std::string vouches_for(const Certificate& c) {
 
 double energy_threshold(const SimulationSettings& settings, bool adaptive, bool steps_contacts) {
   if (settings.energy_threshold > 0) return settings.energy_threshold;
-  // Fixed steps promise no accuracy: a thousandth is too small to see, and first-order impacts need a
-  // hundredth. Adaptive steps add up their tolerances.
+  // Fixed steps promise no accuracy. A thousandth is too small to see; first-order impacts need a hundredth.
+  // The errors of adaptive steps accumulate their tolerances.
   if (steps_contacts) return 1e-2;
   return adaptive ? std::clamp(1e3 * settings.tolerance, 1e-9, 1e-3) : 1e-3;
 }
@@ -73,7 +73,7 @@ void Climb::observe(double t, double value) {
   if (value <= largest_) return;
   largest_ = value;
   time_ = t;
-  // kept coarsely: enough to say later when a limit was first passed
+  // Stored coarsely, to find later when a limit was first passed.
   if (steps_.empty()) steps_.reserve(32);
   if (steps_.empty() || value > 1.01 * steps_.back().second) steps_.emplace_back(t, value);
 }
@@ -120,22 +120,23 @@ std::string Certifier::group_words(int group) const {
   return fmt::format("'{}' and what it is tied to", system_.group_name(group));
 }
 
-/// The energy, J, that a group's drift is measured against: its turnover, or with impulsive contacts at least
-/// its weight times its own size. (A group at rest turns nothing over, yet each step stops a small fall.)
+/// The energy, J, that a group's drift is relative to: its turnover, or with contacts that the method treats
+/// itself at least its weight times its length. (A group at rest has no turnover, yet each step stops a small
+/// fall.)
 double Certifier::energy_scale(int group) const {
   const Group& of = groups_[group];
   return std::max(of.energy.turnover(), of.mass * parameters_.gravity.norm() * of.touching);
 }
 
-/// The energy, J, that rounding of balanced forces leaves to projections: some units in the last place of a
-/// free fall over each step.
+/// The energy, J, that projections move because of rounding in balanced forces: some units in the last place
+/// of a free fall over each step.
 double Certifier::rounding_of_rest(int group) const {
   return 16 * std::numeric_limits<double>::epsilon() * groups_[group].mass *
          parameters_.gravity.squaredNorm() * step_squares_;
 }
 
-/// Judges each independent group by its own energy scale, so that a heavy one hides no other; names the
-/// worst.
+/// Judges each independent group by its own energy, so that a heavy group cannot hide the error of a light
+/// one; names the worst.
 void Certifier::judge_energy(const Work& work) {
   const double limit = certificate_.energy_threshold;
   int worst = -1, moved = -1;
@@ -226,7 +227,7 @@ void Certifier::observe_residuals(double t, const State& state, const Workspace&
       rows.position = row;
       if (!rows.told && h > certificate_.energy_threshold * system_.row_scale[row]) {
         rows.told = true;
-        // one that drifts depends on none
+        // A row that drifts depends on no others.
         if (const auto behind = workspace.solver.rows_behind(row); !behind.empty())
           rows.contradicted = fmt::format("; it contradicts '{}'", fmt::join(behind, "', '"));
       }
@@ -276,7 +277,7 @@ void Certifier::judge_residuals() {
     const ConstraintResidual& residual = certificate_.residuals[i];
     const ResidualRows& rows = residual_rows_[i];
     const double scale = system_.row_scale[system_.constraints[i].first_row];
-    const auto ties = [&](int row) {  // (contacts that a method realises itself have no rows)
+    const auto ties = [&](int row) {  // contacts that a method treats itself have no rows
       return fmt::format("{}, between {}", row < 0 ? "" : fmt::format(", row '{}'", system_.row_names[row]),
                          system_.tied_solids(int(i)));
     };
@@ -314,7 +315,7 @@ void Certifier::note_assembly(const Assembly& assembly) {
   certificate_.assembly_velocity = assembly.velocity.size;
   certificate_.assembly_velocity_coordinate = assembly.velocity.coordinate;
   const auto tell = [&](const char* what, const char* per, const Assembly::Move& move) {
-    // below, it is a scene's own rounding
+    // Smaller moves are rounding in the scene's numbers.
     if (move.relative <= 1e-9) return;
     note(
         fmt::format("assembly on the constraints changed the initial {}, most that of coordinate '{}', by "
@@ -354,7 +355,7 @@ void Certifier::observe_contacts(double t, const ContactStep& step) {
                             t, step.unsettled, system_.contacts[step.unsettled_contact].name));
   for (std::size_t i = 0; i < system_.contacts.size(); ++i) {
     const auto contact = Eigen::Index(i);
-    // (what overlaps by less is put apart, and its energy is in the books)
+    // Smaller overlaps are removed, and the energy of that is booked.
     const double limit = certificate_.energy_threshold * system_.row_scale[system_.contacts[i].row],
                  off = std::max(step.bent[contact], goes_through * step.overlap[contact]);
     if (off <= limit) continue;
@@ -383,7 +384,8 @@ bool Certifier::too_long(double h, const ContactStep& step, const Eigen::VectorX
         step.overlap[Eigen::Index(i)] > certificate_.energy_threshold * length)
       return true;
   const double fall =
-      0.5 * parameters_.gravity.squaredNorm() * h * h;  // J/kg, of which a step's own turns over
+      // J/kg, free fall over the step: the step's own turnover.
+      0.5 * parameters_.gravity.squaredNorm() * h * h;
   for (int g = 0; g < system_.groups; ++g) {
     const EnergyBalance& balance = groups_[g].energy;
     const double allowed =
@@ -400,7 +402,7 @@ void Certifier::count_step(double t, double h, bool whole) {
   ++certificate_.steps_accepted;
   step_squares_ += h * h;
   if (!whole && certificate_.smallest_step > 0) return;
-  // steps of one length differ by rounding: the first of them is named
+  // Fixed steps differ by rounding; the first one is reported.
   if (certificate_.smallest_step > 0 && h >= (1 - 1e-9) * certificate_.smallest_step) return;
   certificate_.smallest_step = h;
   certificate_.smallest_step_time = t;

@@ -1,4 +1,4 @@
-// Follows a simulation and writes its certificate: energy balance, momenta, constraint residuals, counts,
+// Observes a simulation and writes its certificate: energy balance, momenta, constraint residuals, counts,
 // verdict.
 #pragma once
 
@@ -11,13 +11,14 @@
 
 namespace borelli {
 
-/// A quantity that climbs through a run, and when it passed a limit.
+/// The running maximum of a quantity, and when it first passed a given limit.
 class Climb {
  public:
   void observe(double t, double value);
   double largest() const { return largest_; }
-  double time() const { return time_; }  ///< s, of the largest
-  double since(double limit) const;      ///< s, when it first passed a limit; later by a hundredth's climb
+  double time() const { return time_; }  ///< s, when the maximum was reached
+  /// s, when the quantity first passed `limit`; exact to a growth of 1 %.
+  double since(double limit) const;
 
   template <class Keeper>
   void keep(Keeper& k) {
@@ -27,27 +28,28 @@ class Climb {
 
  private:
   double largest_ = 0, time_ = 0;
-  std::vector<std::pair<double, double>> steps_;  ///< (time, value), each a hundredth larger than that before
+  /// (time, value), each value over 1 % larger than the one before
+  std::vector<std::pair<double, double>> steps_;
 };
 
-/// The energy of the scene or of an independent group of it, followed through a run.
+/// The energy balance of the scene or of one independent group, observed through a run.
 struct EnergyBalance {
   Climb drift;             ///< J: change of kinetic and potential energy since the start, less the work
   Climb without_row_work;  ///< J: the same, without the work of constraint rows
   Climb projected;         ///< J: sum of the sizes of energy changes by projections
-  double rounding = 0;     ///< J: the part of a drift that may be rounding
+  double rounding = 0;     ///< J: the part of a drift that rounding explains
 
   /// `row_work`: the part of `work` done by constraint rows, J; zero while the rows are met.
   void observe(double t, double kinetic, double potential, double work, double row_work);
-  /// The drift that counts: `drift` up to `allowed`, J, beyond it the smaller of the two. Over long steps, or
-  /// with redundant rows, the work of rows is integrated less exactly than the motion.
+  /// The drift that is judged: `drift` if it is within `allowed`, J, otherwise the smaller of the two drifts.
+  /// With long steps or redundant rows, the work of rows is integrated less accurately than the motion.
   const Climb& judged(double allowed) const {
     return drift.largest() > allowed && without_row_work.largest() < drift.largest() ? without_row_work
                                                                                      : drift;
   }
-  /// By how much a state whose energy is `energy` after that work would change what the balance is off by, J.
+  /// The change of the balance's error if the next state has this energy after this work, J.
   double changed(double energy, double work) const { return energy - work - start_ - off_; }
-  /// What passed between the forms of energy, J.
+  /// The energy exchanged between its forms, J.
   double turnover() const;
   template <class Keeper>
   void keep(Keeper& k) {
@@ -61,13 +63,13 @@ struct EnergyBalance {
   double largest_kinetic_ = 0, potential_low_ = 0, potential_high_ = 0, work_low_ = 0, work_high_ = 0;
 };
 
-/// The largest drift relative to what was turned over that is trusted, for lack of the user's own.
+/// The largest trusted drift relative to the turnover, if the user gives none.
 double energy_threshold(const SimulationSettings& settings, bool adaptive, bool steps_contacts = false);
 
-/// What contacts have given (or taken: negative) that no law says, J.
+/// Energy change by contacts that their laws do not explain, J (negative: lost).
 struct ContactError {
   double now = 0;
-  Climb most;  ///< of its size
+  Climb most;  ///< largest absolute value
 
   template <class Keeper>
   void keep(Keeper& k) {
@@ -77,44 +79,45 @@ struct ContactError {
 
 class Certifier {
  public:
-  /// `threshold`: the largest drift relative to what was turned over that is trusted.
+  /// `threshold`: the largest trusted drift relative to the turnover.
   Certifier(const System& system, const Parameters& parameters, double threshold, const Assembly& assembly);
 
-  /// Looks at a state whose equations are solved in `workspace`.
+  /// Observes a state; its equations are solved in `workspace`.
   void observe(const State& state, Workspace& workspace, const Work& work);
-  /// Looks at what a projection did on the way to a state whose equations are solved in `workspace`.
+  /// Observes a projection that led to a state whose equations are solved in `workspace`.
   void observe_projection(double t, const Projection& projection, const Workspace& workspace);
-  /// Takes in the state just after an event that changed velocities, the one last observed being that just
-  /// before it. What solids do to each other there leaves their momenta: these are judged on. `own`: it may
-  /// have been a user's, which may do anything; they are judged from here on against what it left.
+  /// Observes the state right after an event that changed velocities; observe() has seen the state right
+  /// before it. Internal impacts conserve momentum, so the momenta are judged across the event. `own`: a
+  /// user's event may be among them and may change the momenta; they are then judged against their values
+  /// after the event.
   void pass_event(Workspace& workspace, bool own);
-  /// Looks at the state that a step of one length came to, with its accelerations (nv), by a method of that
-  /// order; `joined` as StepWatch has it.
+  /// Observes the end of a fixed step, with its accelerations (nv), by a method of that order; `joined` as in
+  /// StepWatch.
   void observe_step(const State& state, const Eigen::VectorXd& a, int order, bool joined);
-  /// Counts an accepted step from time t; `whole`: not cut short to land on an output time.
+  /// Counts an accepted step from time t; `whole`: it was not shortened to end on an output time.
   void count_step(double t, double h, bool whole);
   void count_rejection() { ++certificate_.steps_rejected; }
-  /// The run ends before its time, for that reason.
+  /// The run ends early for this reason.
   void stop(const std::string& reason, double t) { distrust(t, reason); }
-  /// Something that is worth knowing but no reason for distrust.
+  /// Adds a remark that is no reason for distrust.
   void note(const std::string& text) { certificate_.notes.push_back(text); }
-  /// Counts an impact that lost so much energy, J.
+  /// Counts an impact and the energy it lost, J.
   void count_impact(double lost) {
     ++certificate_.impacts;
     certificate_.impact_loss += lost;
   }
-  /// Takes in the rows of all contacts, open ones too, after a step: what overlaps.
+  /// Observes the overlaps after a step; h: rows of all contacts, open ones included.
   void observe_gaps(double t, const Eigen::VectorXd& h);
-  /// Takes in what contacts did in a step that ended at t, where the method realises them itself.
+  /// Observes the contacts of a step that ended at t, for a method that treats contacts itself.
   void observe_contacts(double t, const ContactStep& step);
-  /// Whether such a step of h is too long: where it alone takes a part (5 %) of what the run may be off by,
-  /// or is not to be trusted at all. `energy`: of the independent groups at its end, after `work`, J.
+  /// Whether such a step of h is too long: it uses more than 5 % of the error the run may have, or cannot be
+  /// trusted at all. `energy`: of the independent groups at its end, J, after `work`.
   bool too_long(double h, const ContactStep& step, const Eigen::VectorXd& energy, const Work& work) const;
-  /// An explicit method found the scene stiff at time t.
+  /// Records that an explicit method found the scene stiff at time t (s).
   void find_stiff(double t) { certificate_.stiff_from = t; }
-  /// What has happened so far.
+  /// The event log so far.
   std::vector<LoggedEvent>& events() { return certificate_.events; }
-  /// A reason for distrust, true since t; the first one given is kept.
+  /// Records a reason for distrust since time t; only the first one is kept.
   void distrust(double t, const std::string& reason);
 
   template <class Keeper>
@@ -127,7 +130,7 @@ class Certifier {
       singular_, step_watch_, order_);
   }
 
-  /// The verdict, with the counts.
+  /// The certificate with counts and verdict.
   Certificate finish(const Work& work, long evaluations);
 
  private:
@@ -147,18 +150,18 @@ class Certifier {
   const System& system_;
   const Parameters& parameters_;
   Certificate certificate_;
-  double step_squares_ = 0;  ///< s^2, their sum
+  double step_squares_ = 0;  ///< s^2, sum over the accepted steps
   bool started_ = false;
   EnergyBalance energy_;
-  /// Of each independent group.
+  /// Per independent group.
   struct Group {
     EnergyBalance energy;
     ContactError contacts;
     double mass = 0;           ///< kg
-    double touching = 0;       ///< m: largest length scale of its impulsive contacts; 0: none
+    double touching = 0;       ///< m: largest length scale of contacts that the method treats itself; 0: none
     double largest_speed = 1;  ///< m/s or rad/s, at least 1
-    /// The projection that changed its velocities most: by how much energy (J), when (s), and the row that
-    /// was the farthest off.
+    /// The projection that changed the velocities most: its energy change (J), its time (s), the row with the
+    /// largest residual.
     double moved_most = 0, moved_time = 0;
     int moved_row = -1;
     template <class Keeper>
@@ -168,8 +171,8 @@ class Certifier {
   };
   std::vector<Group> groups_;
   double last_time_ = 0;
-  /// Of each constraint: the rows of its worst residuals, and what else is to be said of the first that was
-  /// too large: the rows that it contradicts.
+  /// Per constraint: the rows with the largest residuals. `contradicted` names the rows that the first row
+  /// above the limit contradicts.
   struct ResidualRows {
     int position = -1, velocity = -1;
     bool told = false;
@@ -180,7 +183,7 @@ class Certifier {
     }
   };
   std::vector<ResidualRows> residual_rows_;
-  /// What is conserved: its value at the start and last, and how much of it may be rounding.
+  /// A conserved momentum: values at the start and last, and the part of its drift that rounding explains.
   struct Followed {
     ConservedMomentum momentum;
     Eigen::Vector3d start = Eigen::Vector3d::Zero(), last = start;
@@ -193,7 +196,7 @@ class Certifier {
   std::vector<Followed> momenta_;
   SingularWatch singular_;
   StepWatch step_watch_;
-  int order_ = 0;  ///< of a method whose steps are of one length; 0: they are not
+  int order_ = 0;  ///< of a fixed-step method; 0: adaptive
 };
 
 }  // namespace borelli

@@ -11,16 +11,16 @@ namespace borelli {
 
 namespace {
 
-// a gap below this part of the length of what touches is what rounding may make of one let go
+// Relative to the length scale: rounding may close the gap of a released contact by this much.
 constexpr double rounding_gap = 1e-10;
 
-// approaching: faster than this part of the largest velocity
+// Contacts approach if faster than this fraction of the largest velocity.
 constexpr double approaching = 1e-11;
 
-// impacts and choices of modes at one moment, which may bring about each other
+// Rounds of impacts and mode choices at one moment; each may cause the other.
 constexpr int most_rounds = 8;
 
-// a friction within this part of its limit has not passed it
+// Friction this close to its limit has not passed it.
 constexpr double at_limit_rounding = 1e-9;
 
 }  // namespace
@@ -108,7 +108,7 @@ void ContactEvents::follow(const Workspace& workspace) {
 
 void ContactEvents::evaluate(const State& state, const Kinematics& kinematics, std::span<EventValue> values) {
   scan_constraints(system_, system_.parameters, kinematics, every_);
-  // where the equations have no solution there is no force to watch; the step itself says so
+  // If the equations have no solution, there is no force to watch; the step itself reports that.
   const bool solved = any_closed_ && !accelerate(system_, system_.parameters, state.t, state.q.data(),
                                                  state.v.data(), {}, w_);
   for (std::size_t i = 0; i < modes_.size(); ++i) {
@@ -127,7 +127,7 @@ void ContactEvents::evaluate(const State& state, const Kinematics& kinematics, s
     const double friction = friction_of(int(i));
     if (friction == 0) continue;
     if (mode.touch == Touch::sliding)
-      // one that only bears its whole friction does not slip, but for rounding
+      // A contact at its full friction that does not slide has a slip of zero only to rounding.
       value[2] = {every_.rate[row + 1] * mode.slip[0] + every_.rate[row + 2] * mode.slip[1] + least_slip, 0};
     else if (!shared_[i])
       value[2] = {(1 + at_limit_rounding) * friction * w_.multipliers[row] -
@@ -137,7 +137,7 @@ void ContactEvents::evaluate(const State& state, const Kinematics& kinematics, s
   if (solved) compare_sums(values);
 }
 
-/// What is left to the limit of the friction of each constraint's contacts together.
+/// The margin to the friction limit of each constraint's contacts together.
 void ContactEvents::compare_sums(std::span<EventValue> values) {
   for (std::size_t first = 0, i = 0; first < modes_.size(); first = i) {
     const int constraint = system_.contacts[first].constraint;
@@ -160,7 +160,7 @@ void ContactEvents::compare_sums(std::span<EventValue> values) {
   }
 }
 
-/// Whether another contact of the same constraint is closed: then their forces are not unique.
+/// Whether another contact of the same constraint is closed; their forces are then not unique.
 bool ContactEvents::has_company(int i) const {
   for (std::size_t k = 0; k < modes_.size(); ++k)
     if (int(k) != i && modes_[k].touch != Touch::open &&
@@ -189,7 +189,7 @@ Result<AfterEvent> ContactEvents::handle(std::span<const int> which, State& stat
   return AfterEvent::restart;
 }
 
-/// What happens at a state that look() has seen.
+/// Handles the event at a state that look() has evaluated.
 Result<void> ContactEvents::settle(State& state, std::vector<LoggedEvent>& log) {
   const std::vector<ContactMode> before = modes_;
   std::vector<int> closed;
@@ -200,7 +200,7 @@ Result<void> ContactEvents::settle(State& state, std::vector<LoggedEvent>& log) 
     const bool touches =
         before[i].touch != Touch::open || hit_[i] || every_.h[row] <= closed_gap * length_of(i);
     if (!touches) continue;
-    if (mobility(row) == 0) {  // between prescribed motions
+    if (mobility(row) == 0) {  // between driven bodies
       if (every_.rate[row] < -settings_.rest_speed || every_.h[row] < -closed_gap * length_of(i))
         return failure(
             fmt::format("contact '{}'", system_.contacts[i].name),
@@ -231,7 +231,7 @@ Result<void> ContactEvents::settle(State& state, std::vector<LoggedEvent>& log) 
     tell();
     if (!any_closed_) break;
     if (auto done = take_away_speed(state); !done) return done;
-    // that may press others on that part
+    // This may press other contacts together.
     for (const int i : closed)
       every_.rate[system_.contacts[i].row] +=
           every_.L.row(system_.contacts[i].row).head(system_.nv).dot(w_.correction);
@@ -245,7 +245,7 @@ Result<void> ContactEvents::settle(State& state, std::vector<LoggedEvent>& log) 
   return {};
 }
 
-/// Whether any of the contacts closes faster than numbers can tell.
+/// Whether any of the contacts approaches faster than rounding.
 bool ContactEvents::approach(const State& state, const std::vector<int>& contacts) const {
   double speed = 0;
   for (int i = 0; i < system_.nv; ++i) speed = std::max(speed, std::abs(state.v[i]));
@@ -255,7 +255,7 @@ bool ContactEvents::approach(const State& state, const std::vector<int>& contact
 }
 
 double ContactEvents::mobility(int row) {
-  if (every_.L.row(row).head(system_.nv).isZero(0)) return 0;  // (there may be no coordinate)
+  if (every_.L.row(row).head(system_.nv).isZero(0)) return 0;  // there may be no coordinates
   w_.correction = every_.L.row(row).head(system_.nv).transpose();
   solve_transposed(system_, w_.factor, w_.correction.data());
   return w_.correction.squaredNorm();
@@ -288,7 +288,7 @@ Shock ContactEvents::shock_of(const std::vector<int>& contacts, Eigen::MatrixXd&
   return shock;
 }
 
-/// The impact of the closed contacts, by the scene's law.
+/// The impact of the closed contacts, by the scene's impact law.
 Result<void> ContactEvents::meet(State& state, const std::vector<int>& closed,
                                  std::vector<LoggedEvent>& log) {
   Eigen::MatrixXd response;
@@ -324,8 +324,8 @@ Result<void> ContactEvents::meet(State& state, const std::vector<int>& closed,
   return {};
 }
 
-/// The modes of the closed contacts that part no faster than the rest speed, or too slowly for numbers to
-/// tell; all others are open.
+/// Chooses the modes of closed contacts that separate no faster than the rest speed, or too slowly against
+/// rounding; all others open.
 Result<void> ContactEvents::choose(const State& state, const std::vector<int>& closed) {
   for (ContactMode& mode : modes_) mode = {};
   std::fill(slack_.begin(), slack_.end(), 0);
@@ -375,7 +375,7 @@ Result<void> ContactEvents::choose(const State& state, const std::vector<int>& c
   return {};
 }
 
-/// Velocities in rows that hold become zero, by the least change.
+/// Sets velocities along active rows to zero, by the least change in the norm of the mass matrix.
 Result<void> ContactEvents::take_away_speed(State& state) {
   if (const Fault fault =
           update_terms(system_, system_.parameters, state.t, state.q.data(), state.v.data(), w_))

@@ -7,7 +7,7 @@ namespace borelli {
 
 namespace {
 
-/// The rows that hold at the state, contacts' included.
+/// The active rows at the state, including those of closed contacts.
 Eigen::MatrixXd rows_at(const System& system, const State& state) {
   Workspace workspace(system);
   ConstraintRows every(system);

@@ -29,15 +29,15 @@ constexpr const char* methods[] = {"euler", "rk2",  "rk4",  "rk4_adaptive", "dop
                                    "gbs",   "gbs4", "gbs6", "gbs8",         "gauss16", "semi_implicit_euler",
                                    "verlet"};
 
-/// Of which groups the method controls the work (see MotionFlow); none: of none.
+/// Groups whose work the method controls (see MotionFlow); empty: none.
 std::vector<char> controlled_groups(const System& system, const Integrator& integrator) {
   auto counted = groups_of_counted_work(system, system.parameters);
   if (!integrator.adaptive() || std::count(counted.begin(), counted.end(), 1) == 0) counted.clear();
   return counted;
 }
 
-/// On which side of their bounds limit springs are, and whether they push there; on which side of their half
-/// turn torsion springs are.
+/// Tracks each lane's springs: the side of each limit spring's bounds and whether it pushes; the side of the
+/// half turn of each torsion spring.
 class Springs {
  public:
   explicit Springs(const System& system) : system_(system) {
@@ -49,12 +49,12 @@ class Springs {
     }
   }
 
-  /// Calls leave(lane) for every lane of which a spring has passed a bound or half a turn, or gone slack
-  /// or taut, since the call before, or turned by too much to tell.
+  /// Calls leave(lane) for every lane in which, since the last call, a spring passed a bound or half a turn,
+  /// became slack or taut, or turned too far to tell.
   template <class Leave>
   void look(const KinematicsOf<Lanes>& kinematics, Leave&& leave) {
     SiteReader<Lanes> reader(system_, system_.parameters, kinematics);
-    std::array<bool, count> passed{};  // (leave() may make this forget)
+    std::array<bool, count> passed{};  // leave() may call forget()
     std::size_t at = 0;
     for (const std::size_t e : limits_) {
       const auto& spring = std::get<LimitSpring>(system_.parameters.efforts[e].kind);
@@ -120,7 +120,7 @@ Ending stopped() {
   return ending;
 }
 
-/// Makes motions eight at a time; one per thread.
+/// Simulates motions eight at a time; one instance per thread.
 class BatchRun {
  public:
   BatchRun(const System& system, const SimulationSettings& settings, std::unique_ptr<Integrator> integrator,
@@ -141,7 +141,8 @@ class BatchRun {
     if (change) longest_ = longest_step_in_periods * change->period;
   }
 
-  /// Up to eight motions. Those that have to be made alone are only marked so; all where it may not go on.
+  /// Simulates up to eight motions. Only marks those that simulate() must make; marks all if go_on() returns
+  /// false.
   void run(std::span<const Member> members, std::span<Ending> endings) {
     take_in(members);
     for (Ending& ending : endings) ending.alone = false;
@@ -151,7 +152,7 @@ class BatchRun {
     const double resolution =
         16 * std::numeric_limits<double>::epsilon() * std::max(std::abs(end), std::abs(start));
     const double steps = std::max(1.0, std::ceil((end - start) / settings_.step - 1e-9));
-    double number = 0;  // of the fixed step made last
+    double number = 0;  // of the last fixed step
     while (begin() && state_.t < end) {
       if (!go_on_()) {
         for (Ending& ending : endings) ending.alone = true;
@@ -162,7 +163,7 @@ class BatchRun {
       const double wanted = std::min(step, longest_);
       const bool last = adaptive ? wanted >= left * (1 - 1e-12) : number + 1 == steps;
       double h = left;
-      if (!last)  // land on the end without a sliver of a step before it
+      if (!last)  // land on the end without a tiny last step
         h = adaptive ? std::min(wanted, left / 2) : start + (end - start) * (number + 1) / steps - state_.t;
       const Attempt attempt = integrator_->attempt(flow_, state_.t, h, y_, dy_, out_);
       if (!attempt.evaluated || !attempt.accepted) {
@@ -172,7 +173,7 @@ class BatchRun {
         step = settings_.step;
         continue;
       }
-      // a step cut short says little about the next; do not let it shrink that
+      // A shortened step says little about the next one; do not let it reduce the proposal.
       if (adaptive) step = h < wanted ? std::max(step, attempt.next_step) : attempt.next_step;
       flow_.take(out_, state_);
       y_ = out_;
@@ -214,7 +215,7 @@ class BatchRun {
     longest_made_ = 0;
   }
 
-  /// Readies the step from the state reached, after a look at it. False: no lane is left.
+  /// Solves the equations at the present state, checks it and prepares the next step. False: no lane is left.
   bool begin() {
     for (;;) {
       if (std::none_of(active_.begin(), active_.end(), [](bool on) { return on; })) return false;
@@ -237,12 +238,12 @@ class BatchRun {
     return true;
   }
 
-  /// Whether steps come to nothing.
+  /// Whether the steps shrink to zero or stall.
   bool sinks(double step, bool accepted) {
     return sink_.after(state_.t, step, accepted, settings_.end_time, most_steps) != SinkWatch::Verdict::fine;
   }
 
-  /// Takes out the lanes that have a number by which simulate() calls a run diverged.
+  /// Removes the lanes with a number beyond largest_number, at which simulate() reports divergence.
   void leave_beyond_bounds(const Eigen::VectorXd& y) {
     for (int lane = 0; lane < count; ++lane) {
       bool beyond = false;
@@ -252,7 +253,7 @@ class BatchRun {
     }
   }
 
-  /// Takes out the lanes for which the steps come to nothing.
+  /// Removes the lanes that make the step fail.
   void leave(const Attempt& attempt) {
     left_ = false;
     for (int lane = 0; lane < count; ++lane)
@@ -264,7 +265,7 @@ class BatchRun {
     integrator_->reset();
   }
 
-  /// Takes a lane out: it follows another one from now on.
+  /// Removes a lane; from now on it copies another one.
   void replace(int lane) {
     left_ = true;
     active_[lane] = false;
@@ -323,12 +324,13 @@ class BatchRun {
   std::array<bool, count> active_{};
   SinkWatch sink_;
   bool left_ = false;
-  double longest_ = std::numeric_limits<double>::infinity();  ///< s, a step that follows the scene in time
+  /// s, longest step that resolves the scene's functions of time
+  double longest_ = std::numeric_limits<double>::infinity();
   double longest_made_ = 0;
   std::vector<std::array<EnergyBalance, count>> balances_;  ///< per group
 };
 
-/// What a member holds along a coordinate, as an effort of the scene.
+/// A member's constant effort along a coordinate, as an effort of the scene.
 struct Held {
   Eigen::Vector3d effort;
   bool ball;
@@ -346,7 +348,7 @@ struct Held {
   }
 };
 
-/// The system in which these efforts are held.
+/// The system with these constant efforts added.
 System holding(const System& system, const Eigen::VectorXd& efforts) {
   System out = system;
   for (const CoordinateInfo& info : system.coordinates) {
@@ -425,7 +427,7 @@ Result<void> check(const System& system, const std::vector<Member>& members,
   return members.empty() ? Result<void>() : check_settings(settings, members[0].start.t);
 }
 
-/// Whether its inertial elements, where they are its own, can be.
+/// Checks the member's inertial elements that differ from the system's.
 Result<void> check_inertials(const System& system, const Member& member, std::size_t number) {
   for (std::size_t b = 0; b < member.inertials.size(); ++b) {
     const Inertial &own = member.inertials[b], &given = system.parameters.inertials[b];
@@ -450,7 +452,7 @@ Result<std::vector<Ending>> simulate_ensemble(const System& system, const std::v
   const std::size_t batches = (members.size() + count - 1) / count;
   std::atomic<std::size_t> next = 0;
   std::mutex mutex;
-  std::atomic<std::size_t> refused = members.size();  // the first member that is
+  std::atomic<std::size_t> refused = members.size();  // the first member that is refused
   Result<void> fine;
   const auto may_run = [&](std::size_t first, std::size_t size) {
     for (std::size_t m = first; m < first + size; ++m)

@@ -1,6 +1,6 @@
-// Events: moments at which a function of the state passes zero. A run does not step over them: each is
-// located within the step, the earliest first, and handed to whoever watches for it, who may change
-// velocities or the mode of the motion (an impact), or only note it.
+// Events are zeros of functions of the state. A run locates them within a step, the earliest first, and
+// passes them to their source. The source may change velocities or the mode of the motion (an impact), or
+// only record the event.
 #pragma once
 
 #include <limits>
@@ -15,39 +15,41 @@ namespace borelli {
 /// A function of the state whose zeros are events.
 struct EventValue {
   double value = 0;
-  double rate = 0;  ///< its derivative by time along the motion
-  /// How fast it can change at this state, whichever way things turn (the speed of what meets); less than
-  /// |rate| counts as |rate|. A function of which neither is known is looked at where steps end.
+  double rate = 0;  ///< time derivative along the motion
+  /// Upper bound of its rate at this state for any direction of motion (the speed of colliding bodies);
+  /// values below |rate| count as |rate|. A function with neither rate nor speed is checked only at the ends
+  /// of steps.
   double speed = 0;
-  /// The least change over which it may turn sharply: the size of what meets, through which a step too long
-  /// may pass unseen.
+  /// The smallest change over which it may turn back: the size of the colliding bodies, through which a long
+  /// step may pass unseen.
   double size = std::numeric_limits<double>::infinity();
 };
 
-/// Which passages through zero count.
+/// The sign changes that count as events.
 enum class Crossing { falling, rising, both };
 
-/// What the run is to do after an event.
+/// What the run does after an event.
 enum class AfterEvent {
-  go_on,   ///< nothing has changed: the step that passed over the event stands
-  restart  ///< velocities, or what the functions or the equations depend on, have changed: the step ends at
-           ///< the event, and the method forgets what was before
+  go_on,  ///< nothing changed: the step that contains the event stands
+  /// Velocities, functions or equations changed: the step ends at the event and the method forgets earlier
+  /// steps.
+  restart
 };
 
-/// Functions that are watched for events, and what is done at them. One class per kind of event: impacts,
+/// Functions to watch for events, and the action at an event. One class per kind of event: impacts,
 /// coordinate ranges, a user's own.
 class EventSource {
  public:
   virtual ~EventSource() = default;
-  /// How many functions there are; constant through a run.
+  /// The number of functions; constant through a run.
   virtual int count() const = 0;
   virtual Crossing crossing(int i) const = 0;
-  /// values[i] <- the functions at `state`, for which `kinematics` holds. A function that is of no concern at
-  /// present has any value that does not change sign, e.g. 1. Must not allocate.
+  /// values[i] <- the functions at `state`; `kinematics` holds its kinematics. An inactive function returns
+  /// any constant of one sign, e.g. 1. Must not allocate.
   virtual void evaluate(const State& state, const Kinematics& kinematics, std::span<EventValue> values) = 0;
-  /// The functions `which` passed zero at `state`, all at the same moment. The equations are solved there in
-  /// `workspace` (which may be used as scratch). May change state.v, to what the constraints allow, and
-  /// returns `restart` then; may not change time or positions. What happened goes into `log`.
+  /// The functions `which` are zero at `state`, all at the same time. `workspace` holds the solved equations
+  /// there and may be used as scratch. May change state.v within what the constraints allow, and then returns
+  /// `restart`. Must not change time or positions. Writes what happened to `log`.
   virtual Result<AfterEvent> handle(std::span<const int> which, State& state, Workspace& workspace,
                                     std::vector<LoggedEvent>& log) = 0;
 };

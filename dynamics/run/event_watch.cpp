@@ -15,36 +15,36 @@ namespace {
 constexpr double none = 2;  // a theta beyond the step
 constexpr double middle_of_step = 0.5;
 
-// Events that close, in parts of the resolution of time, are one: rounding adds up over steps, and what falls
-// alike must land alike.
+// Events this close, in units of the time resolution, are simultaneous: rounding accumulates over steps, and
+// bodies that fall alike must land together.
 constexpr double together = 16;
 
 int sign(double x) { return x > 0 ? 1 : x < 0 ? -1 : 0; }
 
-// of the step: looks are no closer than these parts, at the most and where it matters
+// Fraction of the step: samples are no closer, unless a function may turn sharply.
 constexpr double finest = 1. / 4096;
 
-// looks in a step, at all functions: what needs more (bodies that fly through each other and back) no step
-// tells
+// Largest number of samples in a step, over all functions. Bodies that need more (passing through each other
+// and back) cannot be resolved.
 constexpr long most_looks = 1 << 15;
 
-// so many of them are kept for other functions
+// Number of samples kept for other functions.
 constexpr std::size_t kept_looks = 64;
 
-// speeds change between looks
+// Speeds change between samples.
 constexpr double allowance = 2;
 
-/// Whether only rounding keeps a function of known size off zero.
+/// Whether a function of known size is zero to rounding.
 bool at_zero(const EventValue& value) {
   return std::isfinite(value.size) && std::abs(value.value) <= 1e-13 * value.size;
 }
 
-/// How far a function may go between two looks.
+/// Bound on how far a function moves between two samples.
 double reach(const EventValue& a, const EventValue& b, double time) {
   return allowance * time * std::max({a.speed, std::abs(a.rate), b.speed, std::abs(b.rate)});
 }
 
-/// The cubic through two values and rates, h apart; s from 0 to 1.
+/// The cubic through two values and rates, h apart, at s from 0 to 1.
 struct Cubic {
   Cubic(const EventValue& a, const EventValue& b, double h)
       : c0(a.value),
@@ -52,29 +52,29 @@ struct Cubic {
         c2(3 * (b.value - a.value) - (2 * a.rate + b.rate) * h),
         c3(2 * (a.value - b.value) + (a.rate + b.rate) * h) {}
   double at(double s) const { return c0 + s * (c1 + s * (c2 + s * c3)); }
-  /// How far it is from a look in the middle, in value and (over a quarter of the time) in rate.
+  /// Deviation from a sample in the middle: of the value, and of the rate over a quarter of the time.
   double off(const EventValue& middle, double h) const {
     return std::max(std::abs(at(0.5) - middle.value), std::abs(c1 + c2 + 0.75 * c3 - middle.rate * h) / 4);
   }
-  /// Where it is nearest to zero or farthest beyond, seen from `side`, among its turning points within; the
-  /// middle if there are none.
+  /// The stationary point in the interior that is nearest to zero or farthest beyond it, seen from `side`;
+  /// 0.5 if there is none.
   double lowest(int side) const {
     double best = 0.5;
     const double half = c2 / 3, root = half * half - c3 * c1 / 3;
     if (root < 0) return best;
-    // c1 + 2 c2 s + 3 c3 s^2 = 0, without cancellation
+    // Solves c1 + 2 c2 s + 3 c3 s^2 = 0 without cancellation.
     const double q = -(half + std::copysign(std::sqrt(root), half));
     for (const double s : {q / c3, c1 / (3 * q)})
       if (s > 0 && s < 1 && side * at(s) < side * at(best)) best = s;
     return best;
   }
-  /// Whether it keeps to `side` between its ends, if it is off by that much in the middle, and so elsewhere
-  /// by as much times 16 s^2 (1 - s)^2.
+  /// Whether the cubic stays on `side` between its ends, given its error `off` in the middle; elsewhere the
+  /// error is taken as off * 16 s^2 (1 - s)^2.
   bool keeps(int side, double off) const {
     const auto beyond = [&](double s) { return side * at(s) <= 16 * s * s * (1 - s) * (1 - s) * off; };
     for (int k = 1; k < 16; ++k)
       if (beyond(k / 16.)) return false;
-    return !beyond(lowest(side));  // between those places it may dip for a moment
+    return !beyond(lowest(side));  // it may dip briefly between those points
   }
   double c0, c1, c2, c3;
 };
@@ -169,7 +169,7 @@ Result<bool> EventWatch::find(StepPath& path, double t, double h, const Landing&
   return true;
 }
 
-/// The looks at one function in what is left of a step.
+/// Samples one function in the rest of a step.
 class EventWatch::Search {
  public:
   Search(EventWatch& watch, int i, StepPath& path, double h, Landing& landing)
@@ -205,9 +205,9 @@ class EventWatch::Search {
 
   enum class Answer { found, none, failed };
 
-  /// From a look at zero, whose rate points to `side`: to one that has left it, no later than `end`, with no
-  /// passage between: the cubic between them rises and a look in the middle bears it out. None: it never
-  /// leaves.
+  /// Starts from a sample at zero whose rate points to `side`. Finds a sample, no later than `end`, that has
+  /// left zero without another zero between: the cubic between them rises, and a sample in the middle
+  /// confirms it. None: the function does not leave zero.
   Answer leave(int side, const Look& from, const Look& end, Look& left) {
     left = end;
     for (;;) {
@@ -225,7 +225,7 @@ class EventWatch::Search {
     }
   }
 
-  /// The first passage from `side` through zero between a look on that side and `end`, as two looks about it.
+  /// Brackets the first zero between `before`, on `side`, and `end` by two samples, `before` and `after`.
   Answer passage(int side, Look& before, const Look& end, Look& after) {
     std::vector<Look>& ahead = watch_.ahead_;
     ahead.clear();
@@ -235,13 +235,14 @@ class EventWatch::Search {
       const double part = next.theta - before.theta, time = part * h_;
       const bool through = side * next.value.value < 0;
       const double reached = reach(before.value, next.value, time);
-      // (a long step may go from one turning point to the next; where no rate is known, ends alone tell)
+      // A long step may lead from one turning point to the next, so its rates alone do not bound the motion.
+      // Without known rates, only the ends decide.
       const bool over_middle = reached > 0 && before.theta < middle_of_step && next.theta > middle_of_step;
       const double farthest =
           over_middle ? std::max(reached, allowance * time * watch_.watched_[i_].fastest) : reached;
       const bool near = std::abs(before.value.value) + std::abs(next.value.value) <= farthest;
-      const bool sharp =
-          reached > 2 * next.value.size;  // what it may turn in is shorter than the way between
+      // The function may turn within less than the reach between the samples.
+      const bool sharp = reached > 2 * next.value.size;
       if (part <= std::max(sharp ? 0 : finest, 8 * watch_.resolution_) || !near) {
         if (through) {
           after = next;
@@ -260,7 +261,7 @@ class EventWatch::Search {
       const Cubic cubic(before.value, next.value, time);
       const double off = 4 * cubic.off(middle.value, time);
       if (through) {
-        // one passage only, if the cubic is borne out
+        // Only one zero if the middle sample confirms the cubic.
         if (off > std::abs(before.value.value) + std::abs(next.value.value)) {
           ahead.push_back(middle);
         } else if (side * middle.value.value < 0) {
@@ -280,7 +281,7 @@ class EventWatch::Search {
           continue;
         }
         const double low = cubic.lowest(side);
-        if (side * cubic.at(low) < -off) {  // through and back: there it is
+        if (side * cubic.at(low) < -off) {  // the cubic crosses zero and returns: sample there
           middle.theta = before.theta + low * part;
           if (!look(middle.theta, middle.value)) return Answer::failed;
         }
@@ -290,7 +291,7 @@ class EventWatch::Search {
     return Answer::none;
   }
 
-  /// The moment between two looks, just after it.
+  /// Locates the zero between two samples; theta is just after it.
   Answer moment(const Look& before, const Look& after, double& theta) {
     const auto value_at = [this](double at, double& y) {
       EventValue value;
@@ -317,7 +318,7 @@ class EventWatch::Search {
   Error error_;
 };
 
-/// Finds the first event of function i in what is left of the step.
+/// Finds the first event of function i in the rest of the step.
 Result<void> EventWatch::search(int i, StepPath& path, double h, Landing& landing) {
   using Answer = Search::Answer;
   Watched& w = watched_[i];
@@ -336,7 +337,7 @@ Result<void> EventWatch::search(int i, StepPath& path, double h, Landing& landin
     if (answer == Answer::found) before = left;
   }
   if (side * before.value.value <= 0 && side * end.value.value < 0 && counts()) {
-    w.found = before.theta;  // it never left zero
+    w.found = before.theta;  // it has not left zero
     return {};
   }
   for (;;) {
@@ -387,13 +388,13 @@ Result<AfterEvent> EventWatch::handle(Landing& landing, Workspace& workspace, st
     const int value = sign(w.start.value), rate = sign(w.start.rate);
     const bool put_back = value * sign(before.value) < 0 && std::isfinite(w.start.size) && !at_zero(w.start);
     const bool changed = std::abs(w.start.value) > 2 * std::abs(before.value) || put_back;
-    if (hit)  // at zero to rounding, unless the event changed it: it is where it goes
+    if (hit)  // at zero to rounding, unless the event changed it: its rate decides the side
       w.side = changed && value != 0 ? value : rate != 0 ? rate : -w.side;
-    else if (at_zero(w.start) && rate != 0)  // another event has let it go
+    else if (at_zero(w.start) && rate != 0)  // another event released it
       w.side = rate;
     else if (w.found > 1 && value != 0)
       w.side = value;
-    // one that is still to come in this step keeps its side, whatever rounding says
+    // A function whose event is still to come in this step keeps its side, despite rounding.
     w.side_at_end = w.side;
   }
   return after;

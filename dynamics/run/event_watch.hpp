@@ -1,7 +1,7 @@
-// Finds the first event in a step, however long that is. Between two looks a function has not been through
-// zero if both values are larger than what its speed allows, or if the cubic through values and rates at
-// both, which a look in the middle bears out, keeps off zero; else the middle is looked at, and both halves
-// in turn. A function that starts at zero (an impact just passed) is first followed to where it has left.
+// Finds the first event in a step of any length. A function has no zero between two samples in either case:
+// both values exceed what its speed allows, or the cubic through values and rates at both stays off zero and
+// a sample in the middle confirms the cubic. Otherwise the interval is bisected. A function that starts at
+// zero (after an impact) is first followed until it has left zero.
 #pragma once
 
 #include <optional>
@@ -16,16 +16,17 @@ class EventWatch {
   EventWatch(const System& system, std::vector<EventSource*> sources);
 
   bool empty() const { return values_.empty(); }
-  /// Takes in the functions at the run's start.
+  /// Takes over the functions at the start of the run.
   void start(const State& state, const Kinematics& kinematics);
-  /// A step begins where the last one ended.
+  /// Begins a step at the end of the last one.
   void begin_step();
 
-  /// The first event that is left in the step from t of length h, with its theta and state in `landing`;
-  /// false: none. `end` is the step's end. Located to the resolution of time in double precision. Fails where
-  /// the step passes events more often than can be told apart.
+  /// Finds the first remaining event in the step from t of length h; `landing` receives its state. False:
+  /// none. `end` is the step's end. Located to the resolution of time in double precision. Fails if the step
+  /// passes more events than can be resolved.
   Result<bool> find(StepPath& path, double t, double h, const Landing& end, Landing& landing);
-  /// Hands the event found to its sources; `workspace` holds the equations there. Tells what is to be done.
+  /// Passes the found event to its sources; `workspace` holds the equations there. Returns what the run must
+  /// do next.
   Result<AfterEvent> handle(Landing& landing, Workspace& workspace, std::vector<LoggedEvent>& log);
 
   template <class Keeper>
@@ -36,22 +37,22 @@ class EventWatch {
  private:
   struct Watched {
     Crossing crossing;
-    int side;             ///< of zero, +1 or -1: where the function was last known to be
-    int side_at_end = 0;  ///< the same when no event is left in the step
-    double from = 0;      ///< theta from which on it is looked at
-    double fastest = 0;   ///< how fast it changes within the step, roughly
+    int side;             ///< sign of the function, +1 or -1, where last known
+    int side_at_end = 0;  ///< sign at the step's end if no event remains in the step
+    double from = 0;      ///< theta from which on it is searched
+    double fastest = 0;   ///< rough bound of its rate within the step
     EventValue start, end;
     double found = 2;  ///< theta of its next event in this step; above 1: none
     bool searched = false;
   };
   void evaluate(const State& state, const Kinematics& kinematics);
   void evaluate_at(const State& state);
-  /// A look at one function within the step.
+  /// A sample of one function within the step.
   struct Look {
     double theta = 0;
     EventValue value;
   };
-  /// Of all functions, kept for the others: their searches begin at the same places.
+  /// A sample of all functions, kept because their searches begin at the same times.
   struct Kept {
     double theta = 0;
     std::vector<EventValue> values;
@@ -61,13 +62,13 @@ class EventWatch {
 
   const System& system_;
   std::vector<EventSource*> sources_;
-  std::vector<int> first_;  ///< of each source's functions
+  std::vector<int> first_;  ///< index of each source's first function
   std::vector<EventValue> values_;
   std::vector<Watched> watched_;
-  std::optional<Kinematics> kinematics_;  ///< none where there are no functions
+  std::optional<Kinematics> kinematics_;  ///< empty without functions
   std::vector<int> hits_, which_;
   std::vector<Look> ahead_;  ///< scratch
-  std::vector<Kept> kept_;   ///< of this step, the first kept_count_
+  std::vector<Kept> kept_;   ///< samples of this step, the first kept_count_ of them
   std::size_t kept_count_ = 0;
   bool end_known_ = false;
   long looks_ = 0;         ///< in this step

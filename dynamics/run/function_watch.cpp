@@ -11,18 +11,18 @@ namespace borelli {
 
 namespace {
 
-// places that a function without knots is looked at between the ends of a step
+// Number of intervals into which a function without knots is sampled between the ends of a step.
 constexpr int looks = 16;
 
-// of a periodic function: more periods than these in one step are not followed whatever they hold
+// A step over more periods than this of a periodic function is rejected unseen.
 constexpr double most_periods = 16;
 
-/// The places where a spline changes over from one cubic to the next.
+/// The knots of a cubic spline.
 struct TableKnots {
   const std::vector<double>& at;
   bool periodic;
 
-  /// Those between a < b, and the shortest of their intervals that the way from a to b touches.
+  /// The knots between a < b, and the shortest knot interval that [a, b] overlaps.
   std::pair<std::vector<double>, double> between(double a, double b) const {
     std::vector<double> out;
     double shortest = std::numeric_limits<double>::infinity();
@@ -39,7 +39,8 @@ struct TableKnots {
   }
 };
 
-/// The polynomial of degree 5 through values, slopes and curvatures at both ends of [a, b].
+/// The largest deviation of f at `places` from the quintic through values, slopes and curvatures at both ends
+/// of [a, b].
 template <class F>
 double largest_departure(const F& f, double a, double b, const std::vector<double>& places) {
   const double h = b - a;
@@ -56,7 +57,7 @@ double largest_departure(const F& f, double a, double b, const std::vector<doubl
   return largest;
 }
 
-/// Whether the ends tell what a spline does between them.
+/// Whether the ends determine the spline between them to within `allowed`.
 template <class F>
 bool told_by_ends(const F& f, const TableKnots& knots, double a, double b, double allowed) {
   if (a > b) std::swap(a, b);
@@ -64,7 +65,7 @@ bool told_by_ends(const F& f, const TableKnots& knots, double a, double b, doubl
   auto [places, shortest] = knots.between(a, b);
   if (places.empty() || b - a <= shortest / 2) return true;
   double before = a;
-  for (std::size_t i = 0, count = places.size(); i <= count; ++i) {  // and the middles between them
+  for (std::size_t i = 0, count = places.size(); i <= count; ++i) {  // and the midpoints between them
     const double next = i < count ? places[i] : b;
     places.push_back((before + next) / 2);
     before = next;
@@ -92,7 +93,7 @@ bool followed(const CoordinateFunction& kind, const SiteReader<double>& a, const
     return told_by_ends(f, TableKnots{table->times, table->ends == SplineEnds::periodic}, from, to, allowed);
   if (const auto* sine = std::get_if<Sine>(&kind.function); sine && std::abs(sine->amplitude) > allowed) {
     const double turn = std::abs(sine->angular_frequency * (to - from));
-    if (turn > 2 * M_PI) return false;  // looks might fall on the same place of each wave
+    if (turn > 2 * M_PI) return false;  // samples might hit the same phase of each period
     return turn < M_PI / 8 || told_by_ends(f, from, to, allowed);
   }
   return told_by_ends(f, from, to, allowed);
@@ -107,7 +108,7 @@ bool followed(const PointOnCurve& kind, const SiteReader<double>& a, const SiteR
   };
   const std::vector<double>& knots = kind.path[0].knots();
   double from = place(a), to = place(b);
-  if (const double round = knots.back() - knots.front(); kind.closed)  // the shorter way about
+  if (const double round = knots.back() - knots.front(); kind.closed)  // the shorter way round
     to -= round * std::round((to - from) / round);
   if (from == to) return true;
   for (const CubicSpline& path : kind.path) {

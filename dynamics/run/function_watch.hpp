@@ -1,6 +1,5 @@
-// Tells when a step passes over a feature of a function of a coordinate, or of a curve that a point stays on:
-// a cam's bump between two states of the step that both lie on level ground leaves no trace in residuals or
-// energy.
+// Detects steps that skip a feature of a function of a coordinate or of a curve that guides a point. Example:
+// a step that ends on level ground on both sides of a cam's bump leaves no trace in residuals or energy.
 #pragma once
 
 #include <string>
@@ -12,14 +11,14 @@ namespace borelli {
 
 class FunctionWatch {
  public:
-  /// `allowed`: how far a function may be from what the step's ends tell of it, in parts of its constraint's
-  /// System::row_scale.
+  /// `allowed`: tolerated deviation of a function from what the step's ends predict, relative to its
+  /// constraint's System::row_scale.
   FunctionWatch(const System& system, const Parameters& parameters, double allowed);
 
   bool empty() const { return watched_.empty(); }
-  /// The constraint whose function the step from a to b is too long for: over the piece that the step
-  /// passes, it is not the polynomial of degree 5 through its values, slopes and curvatures at both ends, and
-  /// the piece is longer than half an interval of its table. Empty: none.
+  /// Name of the constraint whose function makes the step from a to b too long; empty: none. The step is too
+  /// long if its piece of the function deviates from the quintic through values, slopes and curvatures at
+  /// both ends. Pieces within half an interval of a table are always accepted.
   std::string passed_over(const Kinematics& a, const Kinematics& b) const;
 
  private:

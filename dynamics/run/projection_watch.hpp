@@ -1,5 +1,4 @@
-// Tells when the projection on the constraints moves the end of a step so far that the estimate of its error
-// does not hold.
+// Detects steps whose end the projection moves so far that the error estimate is not valid.
 #pragma once
 
 #include <algorithm>
@@ -9,15 +8,14 @@ namespace borelli {
 
 class ProjectionWatch {
  public:
-  /// A method whose estimate holds leaves the constraints by about its error: what more than so many
-  /// tolerances are.
+  /// Largest move, in tolerances. A method with a valid estimate leaves the constraints by about its error.
   static constexpr double limit = 10;
 
   explicit ProjectionWatch(double tolerance) : allowed_(std::max(limit * tolerance, 1e-9)) {}
 
-  /// Whether the step of h from t, whose end was moved so far (on the coordinates' scales), is to be tried
-  /// again, shorter (`shorter` of it). Not again where the shorter one was not moved far less: at a singular
-  /// position no step is short enough (the certificate judges that).
+  /// Whether to repeat the step of h from t with a step of `shorter` times its length. `moved`: how far the
+  /// projection moved its end, in the coordinates' scales. Stops repeating if the shorter step was not moved
+  /// much less: at a singular position no step is short enough (the certificate judges that).
   bool again(double t, double h, double moved) {
     const bool first = t != time_ || h >= step_;
     const bool again = moved > allowed_ && (first || moved < worthwhile * moved_);
@@ -29,7 +27,7 @@ class ProjectionWatch {
   }
   static constexpr double shorter = 0.25;
 
-  long count() const { return count_; }  ///< of the steps tried again
+  long count() const { return count_; }  ///< number of repeated steps
 
   template <class Keeper>
   void keep(Keeper& k) {
@@ -37,10 +35,11 @@ class ProjectionWatch {
   }
 
  private:
-  static constexpr double worthwhile = 0.1;  // a method of first order falls to a sixteenth when quartered
+  static constexpr double worthwhile = 0.1;  // a first-order method gains a factor of 16 per quartering
   double allowed_;
-  double time_ = std::numeric_limits<double>::quiet_NaN();  ///< s: of the step last looked at, its length and
-  double step_ = 0, moved_ = 0;                             ///< how far its end was moved
+  /// s, start of the step last checked
+  double time_ = std::numeric_limits<double>::quiet_NaN();
+  double step_ = 0, moved_ = 0;  ///< its length, s, and the move of its end
   long count_ = 0;
 };
 

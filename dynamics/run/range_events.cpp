@@ -8,10 +8,10 @@ namespace borelli {
 
 namespace {
 
-// the range_room that Range::holds leaves for a start on a bound, m or rad
+// The tolerance of Range::holds for a start on a bound, m or rad.
 constexpr double range_room = 1e-9;
 
-// how every note of a range ends
+// The ending of every note about a range.
 constexpr std::string_view not_enforced = "(ranges are not enforced)";
 
 std::string axis_of(const CoordinateInfo& info, int component) {

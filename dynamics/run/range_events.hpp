@@ -1,5 +1,5 @@
-// Coordinates that leave their range, and come back, in the event log; the first time of each in the
-// certificate's notes.
+// Logs coordinates that leave or re-enter their range. The first time of each also goes to the certificate's
+// notes.
 #pragma once
 
 #include <optional>
@@ -11,18 +11,18 @@
 
 namespace borelli {
 
-/// An end of the range of a coordinate's component.
+/// One end of the range of a coordinate's component.
 struct RangeEnd {
   int coordinate = 0;  ///< in System::ranges
   int component = 0;   ///< of its velocity
   bool upper = false;
 };
 
-/// What the event log calls it when a coordinate crosses that end of its range, and the end of that name.
+/// Name of a range end in the event log, and the range end of a name; none if no range end has that name.
 std::string range_end_name(const System& system, const RangeEnd& end);
 std::optional<RangeEnd> range_end_named(const System& system, std::string_view name);
 
-/// Whether a certificate's note tells of a range that was left.
+/// Whether a note of the certificate reports that a range was left.
 bool is_range_note(std::string_view note);
 
 class RangeEvents : public EventSource {
@@ -30,8 +30,8 @@ class RangeEvents : public EventSource {
   RangeEvents(const System& system, Certifier& certifier);
   int count() const override { return int(outside_.size()); }
   Crossing crossing(int) const override { return Crossing::both; }
-  /// Two per range: how far below the upper end, how far above the lower one; with the room that Range::holds
-  /// leaves.
+  /// Two functions per range: distance below the upper end and above the lower one, m or rad; both include
+  /// the tolerance of Range::holds.
   void evaluate(const State& state, const Kinematics& kinematics, std::span<EventValue> values) override;
   Result<AfterEvent> handle(std::span<const int> which, State& state, Workspace& workspace,
                             std::vector<LoggedEvent>& log) override;

@@ -9,21 +9,21 @@ namespace borelli {
 
 namespace {
 
-// poses that more memory is asked for at once, in parts of those there are: what is not written to costs
-// nothing, and all of them are copied
+// Poses are reserved for this multiple of those present: unused memory costs nothing, while each growth
+// copies all poses.
 constexpr std::size_t ahead = 4;
 
-/// (They are few: no call to copy them.)
+/// Copies in place; the vectors are too short for a library call.
 template <class Vector>
 void copy(const Vector& x, double* to) {
   for (Eigen::Index i = 0; i < x.size(); ++i) to[i] = x[i];
 }
 
-// rows that room is made for at first: a run may end before its time; and steps, whose number may be unknown
+// Rows and steps that are reserved at first, in number and bytes; a run may end early.
 constexpr std::size_t most_expected = 1024, steps_expected = 64;
 constexpr double bytes_expected = 64e6;
 
-// rows that take less are not asked for
+// Smaller amounts of memory are not requested.
 constexpr double few_bytes = 64e6;
 
 }  // namespace
@@ -98,7 +98,7 @@ void Recorder::make_room(Eigen::Index rows) {
     if (each->cols() > 0)
       each->conservativeResize(rows, Eigen::NoChange);
     else
-      each->resize(rows, 0);  // (without memory)
+      each->resize(rows, 0);  // no memory
 }
 
 void Recorder::make_room_for_poses() {
@@ -129,7 +129,7 @@ void Recorder::record_contacts(const Workspace& w) {
       const auto force = forces_.segment<3>(3 * Eigen::Index(i));
       const double friction = surface_of(system_.parameters.constraints[contact.constraint].kind).friction;
       for (int c = 0; c < (contact.tangents ? 3 : 1); ++c) multipliers[contact.row + c] = force[c];
-      // at its limit, but for what impulses leave to settle
+      // At the friction limit, up to the residual of the impulses.
       const bool limited = !contact.tangents || force.tail<2>().norm() >= (1 - 1e-6) * friction * force[0];
       touch = force[0] <= 0 ? Touch::open : limited ? Touch::sliding : Touch::sticking;
     }
@@ -157,7 +157,7 @@ void Recorder::record(const State& state, Workspace& w, const Work& work) {
   for (const Placement& place : system_.parameters.solid_places) {
     const Pose& X = bodies[*body_of++].X;
     if (place.form == Placement::Form::identity)
-      out_.poses.push_back(X);  // (as it is: no copy on the way)
+      out_.poses.push_back(X);  // without a copy in between
     else
       out_.poses.push_back(X * place);
   }

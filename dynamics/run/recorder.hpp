@@ -1,4 +1,4 @@
-// The rows of a trajectory as they come.
+// Collects the rows of a trajectory.
 #pragma once
 
 #include <array>
@@ -11,22 +11,22 @@ namespace borelli {
 
 class Recorder {
  public:
-  /// `rows`: the expected number; `known`: it is exact.
+  /// `rows`: expected number of rows; `known`: the number is exact.
   Recorder(const System& system, std::size_t rows, bool known);
 
-  /// Asks for the memory of coming rows (process/memory.hpp): of all if their number is known, else of as
-  /// many again each time they run out. Call before each record().
+  /// Requests memory for coming rows (process/memory.hpp): for all rows if their number is known; otherwise
+  /// for as many again whenever the room is used up. Call before each record(). Fails if memory is short.
   Result<void> admit();
-  /// A row: a state whose equations are solved in `w`.
+  /// Appends a row: a state whose equations are solved in `w`.
   void record(const State& state, Workspace& w, const Work& work);
-  /// An accepted step of h from time t, s.
+  /// Records an accepted step of h from time t, s.
   void record_step(double t, double h);
-  /// What contacts did in an accepted step of h (s) by impulses, N s: three numbers each, along the normal
-  /// and the two across. The rows after it hold their mean forces since the row before, and their modes by
-  /// these.
+  /// Records contact impulses of an accepted step of h (s), in N s: three per contact, along the normal and
+  /// the two tangents. The next row holds the mean contact forces since the previous row, and the modes that
+  /// follow from them.
   void record_impulses(const Eigen::VectorXd& impulses, double h);
   Trajectory finish(Certificate certificate);
-  /// The rows so far; they stay as they are until the next one.
+  /// The rows so far; valid until the next record().
   const Trajectory& so_far(Certificate certificate);
 
   template <class Keeper>
@@ -46,23 +46,22 @@ class Recorder {
 
  private:
   void record_contacts(const Workspace& w);
-  /// All that has a row of numbers per output time.
+  /// All arrays with one row of numbers per output time.
   std::array<Rows*, 11> numbers();
-  /// Makes room for so many of these rows, no less and no more. There may be many: they grow where they are,
-  /// if the system lets them.
+  /// Resizes these arrays to exactly `rows` rows. Large arrays grow in place if the system can.
   void make_room(Eigen::Index rows);
   void make_room_for_poses();
   double bytes_per_row() const;
-  /// The row that is being recorded.
+  /// The row being recorded.
   double* row_of(Rows& numbers) const { return numbers.data() + row_ * numbers.cols(); }
 
   const System& system_;
-  Trajectory out_;  // its rows with room for more
+  Trajectory out_;  // arrays have spare rows
   Eigen::Index row_ = 0, room_ = 0;
   std::size_t all_rows_ = 0;           // 0: unknown
   Eigen::Index admitted_ = 0;          // rows
-  Eigen::VectorXd impulses_, forces_;  // of contacts that act by impulses: since the last row, and at it
-  double impulses_time_ = 0;           // s, that these took
+  Eigen::VectorXd impulses_, forces_;  // contact impulses since the last row, N s; mean forces, N
+  double impulses_time_ = 0;           // s, duration over which impulses_ were summed
 };
 
 }  // namespace borelli

@@ -30,49 +30,49 @@ namespace borelli {
 
 namespace {
 
-// a whole number of steps between outputs may be off by rounding
+// The number of steps between outputs may differ from a whole number by rounding.
 constexpr double slack = 1 + 1e-9;
 
-// how far a function of a coordinate may be from what the ends of a step tell of it: in tolerances, and where
-// there is none, in parts of its constraint's size
+// Tolerated deviation of a function of a coordinate from what the ends of a step predict: in tolerances, or,
+// without a tolerance, relative to its constraint's size.
 constexpr double features_in_tolerances = 10, least_feature = 1e-3;
 
-// after a step that was too long for such a function, steps grow no faster
+// After a step that was too long for such a function, steps grow by at most this factor.
 constexpr double growth_after_feature = 1.5;
 
-// impacts that follow each other at one moment: more than any scene's own count of them in a chain
+// Largest number of events without progress in time; larger than any chain of impacts in a scene.
 constexpr int most_events_at_once = 1000;
 
-// a scene that turns out stiff is left to other methods where what is left of it takes so many times the
-// steps that were tried so far: they have all of it to do, and twice
+// A stiff run is abandoned if its rest needs this multiple of the steps tried so far. The next method must
+// repeat the whole run, twice.
 constexpr double worth_leaving = 1.5;
 
-// of a step of one length: the least part that it is made in where contacts ask for it
+// Shortest part, relative to the fixed step, into which contacts may divide a step.
 constexpr double finest_part = 1. / 64;
 constexpr int most_patience = 64;
-// where so many of a step's least parts are too long all the same, what is left of it is not divided
+// After this many shortest parts of a step were still too long, the rest of the step is not divided.
 constexpr int most_vain = 4;
 
-// how often a run is put off on its way
+// How many times a run is disturbed on its way.
 constexpr std::size_t disturbances = 8;
 
-/// How many rows follow a start, s; of every step: one.
+/// The number of rows after the start; 1 if every step makes a row.
 long rows_from(double start, const SimulationSettings& s) {
   if (s.output_interval <= 0) return 1;
   return std::max(1L, long(std::ceil((s.end_time - start) / s.output_interval - 1e-9)));
 }
 
-/// How many rows to make room for, the start's too. (Of adaptive steps nobody knows their number.)
+/// The number of rows to reserve, including the start. The number of adaptive steps is unknown.
 std::size_t expected_rows(double start, const SimulationSettings& s, bool adaptive) {
   constexpr std::size_t adaptive_steps = 1024;
   if (s.output_interval > 0) return std::size_t(rows_from(start, s)) + 1;
   if (adaptive) return adaptive_steps;
-  return std::size_t(std::ceil((s.end_time - start) / s.step)) + 2;  // (rounding may leave one step more)
+  return std::size_t(std::ceil((s.end_time - start) / s.step)) + 2;  // rounding may add a step
 }
 
 class Run {
  public:
-  /// `own`: the parameters of `system`, where nothing else has them and springs are to set how they act.
+  /// `own`: the parameters of `system` if this run owns them and springs may change them; else null.
   Run(const System& system, Parameters* own, const State& state, const SimulationSettings& settings,
       const Observer& observer, Integrator& integrator, const RunLimits& limits, Samples* samples)
       : system_(system),
@@ -162,7 +162,7 @@ class Run {
     start_ = state_.t;
     const double end = settings_.end_time, interval = settings_.output_interval;
     outputs_ = rows_from(start_, settings_);
-    // fixed steps are evened out between outputs, where there is one at least
+    // Fixed steps are equalised between outputs if there is at least one step between them.
     const bool between =
         integrator_.dense_suffices() && (integrator_.adaptive() || interval < settings_.step);
     if (!observer_.checkpoint.empty())
@@ -184,28 +184,27 @@ class Run {
   long evaluations() const { return workspace_.evaluations + (probe_ ? probe_->evaluations : 0); }
 
  private:
-  /// For states between steps.
+  /// Workspace for states between steps.
   Workspace& probe() { return probe_ ? *probe_ : probe_.emplace(system_); }
 
-  /// The kinematics of a state, until the next call.
+  /// The kinematics of a state; valid until the next call.
   const Kinematics& landed(const State& state) {
     if (!landed_) landed_.emplace(system_);
     update_kinematics(system_, system_.parameters, state.t, state.q.data(), state.v.data(), *landed_);
     return *landed_;
   }
 
-  /// Whether the method realises the scene's contacts within its steps.
+  /// Whether the method treats the scene's contacts within its steps.
   bool steps_contacts() const { return integrator_.handles_contacts() && !system_.contacts.empty(); }
 
-  /// Of the k-th row after the first.
+  /// Time of the k-th row after the first, s.
   double output_time(long k) const {
     return k == outputs_ ? settings_.end_time : start_ + double(k) * settings_.output_interval;
   }
 
-  /// Looks at the state reached and readies the step from it.
+  /// Observes the present state and prepares the next step from it.
   Result<void> begin_step() {
-    if (event_passed_ &&
-        contacts_) {  // other rows hold now: what was seen of the former says nothing of them
+    if (event_passed_ && contacts_) {  // other rows are active now; the memory of the former rank is invalid
       workspace_.solver.forget();
       probe().solver.forget();
     }
@@ -222,7 +221,7 @@ class Run {
       work_ = landing_.work;
       landing_.projected = false;
     }
-    // events, and contacts that the method realises itself, change velocities within the step
+    // Events, and contacts that the method treats itself, change velocities within the step.
     const ContactStep* contact = steps_contacts() ? integrator_.contact_step() : nullptr;
     const bool joined = !event_passed_ && !(contact && contact->acted);
     if (event_passed_) {
@@ -238,13 +237,14 @@ class Run {
     return {};
   }
 
-  /// How many equal steps lead from one time to another, each at most settings_.step long.
+  /// The number of equal steps between two times, each at most settings_.step long.
   long equal_steps(double from, double to) const {
     return std::max(1L, long(std::ceil((to - from) / settings_.step - 1e-9)));
   }
 
   Result<void> advance_evenly(double target) {
-    if (even_.number == 0 || state_.t >= even_.target) {  // the latter where a run taken up stands at its row
+    // the latter if a resumed run is at its output row
+    if (even_.number == 0 || state_.t >= even_.target) {
       even_.target = target;
       even_.from = state_.t;
       even_.count = equal_steps(even_.from, target);
@@ -258,7 +258,7 @@ class Run {
               ? target
               : even_.from + (target - even_.from) * double(even_.number) / double(even_.count);
       const double whole_step = (target - even_.from) / double(even_.count);
-      while (state_.t < next && !stopped_) {  // once, unless an event ends it or it is made in parts
+      while (state_.t < next && !stopped_) {  // once, unless an event ends the step or the step is divided
         const double t = state_.t, left = next - t, part = even_.part * whole_step;
         const bool last = part >= left * (1 - 1e-9);
         const double h = last ? left : part, end = last ? next : t + h;
@@ -266,7 +266,7 @@ class Run {
         if (!made) return tl::unexpected(made.error());
         if (!*made) {
           certifier_->count_rejection();
-          // parts are halves of halves: what is left of a step is one of them, or more
+          // Parts are successive halves; what is left of a step is one part or more.
           even_.part = std::exp2(std::ceil(std::log2(h / whole_step) - 1e-6) - 1);
           if (even_.longer) even_.patience = std::min(2 * even_.patience, most_patience);
           even_.longer = false;
@@ -292,8 +292,8 @@ class Run {
     return {};
   }
 
-  /// A step of h, of a whole one, to the end of it. False: it is to be made in parts, as methods that realise
-  /// contacts may.
+  /// Makes a step of h, part of a step of whole_step, to time `end`. False: the step must be divided, as
+  /// methods that treat contacts may require.
   Result<bool> try_evenly(double end, double h, double whole_step) {
     const double t = state_.t;
     const bool divisible = steps_contacts() && even_.vain < most_vain && h > 1.5 * finest_part * whole_step;
@@ -321,7 +321,7 @@ class Run {
         held_ = true;
       }
       const double t = state_.t, left = target - t;
-      // land on the target without a sliver of a step before it
+      // Land on the target without a tiny last step.
       const bool last = step_ >= left * (1 - 1e-12), whole = !last && step_ <= left / 2;
       const double h = last ? left : whole ? step_ : left / 2;
       const Attempt attempt = integrator_.attempt(motion_, t, h, y_, dy_, out_);
@@ -340,7 +340,7 @@ class Run {
                         "be continued to the tolerance of {:.3g}",
                         resolution, t, motion_.component(worst_of(attempt)), settings_.tolerance));
       }
-      // a step cut short says little about the next; do not let it shrink that
+      // A shortened step says little about the next one; do not let it reduce the proposal.
       step_ = whole ? attempt.next_step : std::max(step_, attempt.next_step);
       const bool cut = attempt.made > 0 && attempt.made < h * (1 - 1e-12);
       const double made = cut ? attempt.made : h, end = last && !cut ? target : t + made;
@@ -351,7 +351,7 @@ class Run {
         step_ = ProjectionWatch::shorter * made;
         continue;
       }
-      // (the shortest steps there are stand, or this would never end)
+      // The shortest possible steps are accepted; otherwise this would not terminate.
       if (made > 2 * resolution && (!passes_over_function().empty() || passes_over_springs(made))) {
         certifier_->count_rejection();
         integrator_.reset();
@@ -366,8 +366,8 @@ class Run {
     return {};
   }
 
-  /// The component that the steps are short for: the method's worst, or where it tells none (or the equations
-  /// could not be solved) that of the fastest change.
+  /// The component that limits the step: the method's worst one, or if there is none (or the equations could
+  /// not be solved), the one that changes fastest.
   int worst_of(const Attempt& attempt) const {
     if (attempt.worst >= 0) return attempt.worst;
     int fastest = -1;
@@ -380,10 +380,10 @@ class Run {
     return fastest;
   }
 
-  /// Ends a run whose steps come to nothing.
+  /// Fails if the steps shrink to zero or stall.
   Result<void> follow_steps(const Attempt& attempt) {
     const double t = state_.t, end = settings_.end_time;
-    const double step = attempt.made > 0 ? attempt.made : step_;  // (such methods propose none)
+    const double step = attempt.made > 0 ? attempt.made : step_;  // such methods propose no step
     const auto verdict = sink_.after(t, step, attempt.accepted, end, most_steps);
     if (verdict == SinkWatch::Verdict::fine) return {};
     const int i = worst_of(attempt), n = system_.nv;
@@ -403,15 +403,14 @@ class Run {
                                  sink_.tried(), sink_.made(), sake, most_steps)});
   }
 
-  /// Puts the end of the step of h just made, at time t, on the constraints.
+  /// Projects the end of the step of h, at time t, on the constraints.
   Result<void> land(double t, double h) {
     path_.begin(state_.t, h, y_, dy_, out_, work_);
     if (auto done = path_.land_at_end(t, landing_); !done) return diverged(done.error());
     return {};
   }
 
-  /// Whether the step of h that land() has seen is one to be made in parts, of a method that realises
-  /// contacts itself.
+  /// Whether the step of h given to land() must be divided, for a method that treats contacts itself.
   bool too_long(double h) {
     const State& end = landing_.state;
     if (!landing_.projected) {
@@ -424,7 +423,7 @@ class Run {
                                 landing_.work);
   }
 
-  /// The constraint whose function the step that land() has seen is too long for; empty: none.
+  /// The constraint whose function makes the step given to land() too long; empty: none.
   std::string passes_over_function() {
     if (functions_.empty()) return "";
     update_kinematics(system_, system_.parameters, state_.t, state_.q.data(), state_.v.data(),
@@ -432,13 +431,13 @@ class Run {
     return functions_.passed_over(probe().kinematics, landed(landing_.state));
   }
 
-  /// Whether the step of h that land() has seen may hide what a spring does.
+  /// Whether the step of h given to land() may skip an event of a torsion spring.
   bool passes_over_springs(double h) {
     if (!springs_ || !springs_->any_turns()) return false;
     return springs_->turned_too_far(landed(landing_.state), h);
   }
 
-  /// Takes the step that land() has seen: up to its first event that changes anything, into the books.
+  /// Accepts the step given to land(), up to its first event that changes anything, and books it.
   Result<void> accept(double t, double h, bool whole) {
     const double from = state_.t;
     if (auto done = check_bounds(); !done) return done;
@@ -503,9 +502,9 @@ class Run {
     observer_.rows(recorder_.so_far(std::move(certificate)));
   }
 
-  // ---- to be taken up again ----
+  // ---- checkpoints ----
 
-  /// What tells one run from another: its numbers, start and settings.
+  /// Identifies a run by its sizes, start and settings.
   std::string signature() const {
     const SimulationSettings& s = settings_;
     std::string out =
@@ -518,7 +517,7 @@ class Run {
     return out + fmt::format("{:a}", start_state_.t);
   }
 
-  /// All that the steps to come depend on. False: the method cannot tell.
+  /// Saves or restores everything that later steps depend on. False: the method does not support it.
   bool keep(Keeper& k, RangeEvents& ranges) {
     k(state_.t, state_.q, state_.v, work_, y_, dy_, out_, step_, sink_, longest_made_, first_overlong_, held_,
       attempts_, rows_, follow_function_, start_, stiff_, keeping_, last_event_, events_at_once_, motion_,
@@ -538,7 +537,7 @@ class Run {
     Keeper k;
     std::string run = signature();
     k(run);
-    keep(k, *ranges_);  // (that the method can was seen at the start)
+    keep(k, *ranges_);  // the start has checked that the method supports it
     std::uint64_t digest = checksum_of(k.bytes());
     k(digest);
     observer_.keep(k.bytes());
@@ -569,7 +568,7 @@ class Run {
     return log.empty() ? "" : fmt::format(", the last of them {} at '{}'", log.back().kind, log.back().name);
   }
 
-  /// Handles the events of the step; the first that changes anything becomes its end.
+  /// Handles the events of the step; the first one that changes anything ends it.
   Result<void> pass_events(double h) {
     if (watch_->empty()) return {};
     watch_->begin_step();
@@ -577,7 +576,7 @@ class Run {
       const auto found = watch_->find(path_, state_.t, h, landing_, between_);
       if (!found) return diverged(found.error());
       if (!*found) return {};
-      // rows before it now, while what it may change is as it was
+      // Record the rows before the event now, because the event may change what they depend on.
       if (auto done = record_between(h, between_.state.t); !done) return done;
       if (auto done = sample_between(h, between_.state.t); !done) return done;
       if (auto done = look_between(between_); !done) return done;
@@ -598,19 +597,19 @@ class Run {
     }
   }
 
-  /// Solves the equations at the state between steps, books its projection, shows it to the certifier.
+  /// Solves the equations at a state between steps, books its projection and shows it to the certifier.
   Result<void> look_between(Landing& between) {
     const State& state = between.state;
     if (const Fault fault = accelerate(system_, system_.parameters, state.t, state.q.data(), state.v.data(),
                                        motion_.handling(), probe()))
       return diverged(describe(system_, fault, state.t));
     between.book_projection(probe());
-    between.projected = false;  // and not again, should it become the step's end
+    between.projected = false;  // not a second time if it becomes the step's end
     certifier_->observe(state, probe(), between.work);
     return {};
   }
 
-  /// The rows that are due within the step of h, before time `until`.
+  /// Records the rows due within the step of h, before time `until`.
   Result<void> record_between(double h, double until) {
     if (settings_.output_interval <= 0) return {};
     for (; output_ < outputs_ && output_time(output_) < until; ++output_) {
@@ -629,7 +628,7 @@ class Run {
     return all ? std::numeric_limits<double>::infinity() : samples_->times[samples_->q.size()];
   }
 
-  /// The state of a row, if it is a sample's too.
+  /// Takes the state of a row if it is also a sample.
   void take_sample(const State& state) {
     if (next_sample() != state.t) return;
     samples_->q.push_back(state.q);
@@ -637,7 +636,7 @@ class Run {
     samples_->cover(state);
   }
 
-  /// The samples that are due within the step of h, before time `until`.
+  /// Takes the samples due within the step of h, before time `until`.
   Result<void> sample_between(double h, double until) {
     for (double at = next_sample(); at < until; at = next_sample()) {
       if (auto done = path_.glance((at - state_.t) / h, row_); !done) return diverged(done.error());
@@ -647,8 +646,9 @@ class Run {
     return {};
   }
 
-  /// What was put off at the start dies away where work is done on the scene, before the motion may grow
-  /// unstable. Up and down by the sequence of Thue and Morse, so that little adds up.
+  /// Disturbs the state on the way. If work is done on the scene, the disturbance at the start decays before
+  /// the motion may become unstable. Signs follow the Thue-Morse sequence, so that the disturbances hardly
+  /// accumulate.
   void disturb() {
     const bool conserves =
         work_.efforts == 0 && work_.drives == 0 && work_.constraints == 0 && work_.violation == 0;
@@ -660,7 +660,7 @@ class Run {
                        std::popcount(times) % 2 == 0 ? limits_.disturbance : -limits_.disturbance);
   }
 
-  /// The row at the state reached, if one is due.
+  /// Records the row at the present state, if one is due.
   Result<void> record_end() {
     const bool every_step = settings_.output_interval <= 0;
     const bool due = state_.t >= output_time(output_);
@@ -702,8 +702,8 @@ class Run {
                                settings_.output_interval > 0 ? "" : ", or set an output_interval"));
   }
 
-  /// What is to be said of the steps: those tried again, and whether they followed the scene's fastest change
-  /// in time.
+  /// Judges the steps: notes repeated ones and checks whether they resolved the scene's fastest change in
+  /// time.
   void judge_steps() {
     if (leaps_.count() > 0)
       certifier_->note(
@@ -728,12 +728,12 @@ class Run {
   const Observer& observer_;
   Integrator& integrator_;
   const RunLimits& limits_;
-  Samples* samples_;           ///< null: none are asked for
-  std::size_t disturbed_ = 0;  ///< so many times, on the way
+  Samples* samples_;           ///< null: no samples wanted
+  std::size_t disturbed_ = 0;  ///< number of disturbances on the way
   const State start_state_;
   State state_;
   Workspace workspace_;
-  std::optional<Workspace> probe_;  ///< probe(), where the scene has rows, or once asked for
+  std::optional<Workspace> probe_;  ///< see probe(); set if the scene has rows, or at first use
   MotionFlow motion_;
   StepPath path_;
   Recorder recorder_;
@@ -743,39 +743,42 @@ class Run {
   Eigen::VectorXd y_, dy_, out_;
   double step_;
   FastestChange change_;
-  double longest_step_ = std::numeric_limits<double>::infinity();  ///< s, that follows the fastest change
-  double longest_made_ = 0;                                        ///< s, of the accepted ones
-  double first_overlong_ = 0;                                      ///< s: the start of the first longer step
-  bool held_ = false;                                              ///< a step was cut to longest_step_
+  /// s, longest step that resolves the fastest change
+  double longest_step_ = std::numeric_limits<double>::infinity();
+  double longest_made_ = 0;    ///< s, longest accepted step
+  double first_overlong_ = 0;  ///< s, start of the first step above longest_step_
+  bool held_ = false;          ///< a step was cut to longest_step_
   long attempts_ = 0, rows_ = 0;
-  Knots knots_;  ///< where adaptive steps end
+  Knots knots_;  ///< times at which adaptive steps end
   ProjectionWatch leaps_;
-  SpringEvents* springs_ = nullptr;  ///< null: none of which steps are not to pass something unseen
+  SpringEvents* springs_ = nullptr;  ///< null: no spring events, or springs not owned
   FunctionWatch functions_;
-  std::optional<Kinematics> landed_;                                  ///< landed(), once asked for
-  double follow_function_ = std::numeric_limits<double>::infinity();  ///< s, the longest step to try next
+  std::optional<Kinematics> landed_;  ///< see landed(); set at first use
+  /// s, longest step to try after one that skipped a feature
+  double follow_function_ = std::numeric_limits<double>::infinity();
   SinkWatch sink_;
   double start_ = 0;
-  long outputs_ = 1, output_ = 1;  ///< rows to come to after the first, and the next of them
+  long outputs_ = 1, output_ = 1;  ///< number of rows after the first; index of the next one
   bool stopped_ = false;
   ContactEvents* contacts_ = nullptr;
   bool stiff_ = false;
-  bool keeping_ = false;  ///< the method keeps its history from the step before
+  bool keeping_ = false;  ///< the method's history continues from the previous step
   EventWatch* watch_ = nullptr;
   RangeEvents* ranges_ = nullptr;
-  bool recorded_ = false;  ///< the state reached has its row
-  /// Where equal steps have come to: the one to make, of so many from a time on; 0: none begun.
+  bool recorded_ = false;  ///< the present state has its row
+  /// Progress through `count` equal steps from `from` to `target`; `number` is the current one (0: none).
   struct Even {
     double from = 0, target = 0;
     long count = 0, number = 0;
-    bool whole = true;    ///< no event has cut it short
-    double part = 1;      ///< the longest to try, in parts of it: halves of halves
-    int made = 0;         ///< so many parts of that length one after the other
-    int patience = 1;     ///< after so many a longer one is tried: twice as many after each tried in vain
-    bool longer = false;  ///< the next one is such a try
-    int vain = 0;         ///< of its least parts: too long all the same
+    bool whole = true;  ///< no event has shortened it
+    double part = 1;    ///< longest part to try, a power of 1/2 of the step
+    int made = 0;       ///< successive parts of that length
+    /// A longer part is tried after this many; doubled after each failed try, halved after each success.
+    int patience = 1;
+    bool longer = false;  ///< the next part is such a try
+    int vain = 0;         ///< number of shortest parts of this step that were too long
   } even_;
-  bool event_passed_ = false;  ///< the state reached is one after an event that changed it
+  bool event_passed_ = false;  ///< the present state follows an event that changed it
   Eigen::VectorXd energy_, energy_before_event_;
   double last_event_ = -std::numeric_limits<double>::infinity();
   int events_at_once_ = 0;
@@ -785,10 +788,10 @@ class Run {
 
 namespace {
 
-/// Asks for the memory of all but the output rows, which Recorder::admit() asks for.
+/// Requests memory for everything but the output rows, which Recorder::admit() covers.
 Result<void> admit_run(const System& system, const SimulationSettings& settings,
                        const Integrator& integrator) {
-  // for steps, for states between them, and for contact events
+  // For steps, for states between them, and for contact events.
   const int workspaces = system.rows == 0                                           ? 1
                          : system.contacts.empty() || integrator.handles_contacts() ? 2
                                                                                     : 3;
@@ -798,7 +801,7 @@ Result<void> admit_run(const System& system, const SimulationSettings& settings,
   });
 }
 
-/// One run with a named method.
+/// One run with the named method.
 Result<Trajectory> simulate_once(const System& system, const State& state, const SimulationSettings& settings,
                                  const Observer& observer, const RunLimits& limits = {},
                                  Samples* samples = nullptr) {
@@ -822,7 +825,7 @@ Result<Trajectory> simulate_once(const System& system, const State& state, const
   }
   if (auto fits = admit_run(system, settings, **integrator); !fits) return tl::unexpected(fits.error());
   return at_border(system, [&] {
-    std::optional<System> own;  // whose springs act, within a step, as at its start
+    std::optional<System> own;  // its springs act, within a step, as at the step's start
     if (has_spring_events(system.parameters)) own = system;
     Run run(own ? *own : system, own ? &own->parameters : nullptr, state, settings, observer, **integrator,
             limits, samples);

@@ -9,9 +9,9 @@ namespace borelli {
 
 namespace {
 
-constexpr double slowest = 1e-7;  // what counts as rest: coordinates' scales per second
+constexpr double slowest = 1e-7;  // speeds below count as rest: coordinates' scales per second
 
-/// Which constraints' rows have become dependent.
+/// Message that names the constraints whose rows became dependent, and the rank.
 std::string dependent_rows(const System& system, const ConstraintSolver& solver) {
   std::vector<std::string> names;
   for (int k = solver.rank(); k < solver.full_rank(); ++k) {
@@ -76,7 +76,8 @@ SingularWatch::Reason SingularWatch::observe(const State& state, const Workspace
   return reason;
 }
 
-/// The largest angle between the lines of v_ and v over the groups tied, in the metric of the mass matrix.
+/// The largest angle between the directions of v_ and v over the affected groups, in the metric of the mass
+/// matrix, rad.
 double SingularWatch::turn(const Eigen::VectorXd& v, const Workspace& w) {
   double largest = 0;
   const auto A = w.terms.A.topLeftCorner(system_.nv, system_.nv).selfadjointView<Eigen::Lower>();
@@ -103,7 +104,7 @@ SingularWatch::Reason SingularWatch::observe_projection(double t, const Projecti
   for (int g = 0; g < system_.groups; ++g) {
     const double kinetic = w.terms.group_kinetic[g];
     fastest_[g] = std::max(fastest_[g], kinetic);
-    // where the group comes to rest for a moment, any error is large beside its velocity; at rest, rounding
+    // If the group stops for a moment, any error is large relative to its velocity; at rest, rounding is.
     double rounding = 0;
     for (int i = 0; i < system_.nv; ++i)
       if (system_.velocity_groups[i] == g)

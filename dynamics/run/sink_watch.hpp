@@ -1,6 +1,6 @@
-// Detects adaptive runs that would not reach their end. Where a velocity grows without bound in finite time,
-// the steps shrink towards zero (sinking). Where a force jumps to and fro, or where the motion is too fast
-// for its duration (1e9 rad/s), more steps would be needed than a run may take (stalled).
+// Detects adaptive runs that will not reach their end. Sinking: a velocity grows without bound in finite time
+// and the steps shrink towards zero. Stalled: a force chatters, or the motion is too fast for its duration
+// (1e9 rad/s), so the run would need more steps than allowed.
 #pragma once
 
 #include <algorithm>
@@ -12,8 +12,8 @@ class SinkWatch {
  public:
   enum class Verdict { fine, sinking, stalled };
 
-  /// Call after each attempt at a step. `t`: the time reached, s; `step`: the next step proposed, s; `most`:
-  /// the number of steps that a run may take.
+  /// Call after each attempted step. `t`: time reached, s; `step`: next step proposed, s; `end`: end time, s;
+  /// `most`: largest number of steps of a run.
   Verdict after(double t, double step, bool accepted, double end, double most) {
     if (tries_++ == 0) window_start_ = t;
     longest_ = std::max(longest_, accepted ? step : 0);
@@ -32,8 +32,8 @@ class SinkWatch {
     return (end - t) * tried_ > most * made_ ? Verdict::stalled : Verdict::fine;
   }
 
-  double longest() const { return longest_; }  ///< s: the longest step proposed
-  double made() const { return made_; }        ///< s: the time that the last tried() attempts covered
+  double longest() const { return longest_; }  ///< s, longest step proposed
+  double made() const { return made_; }        ///< s, time covered by the last tried() attempts
   int tried() const { return tried_; }
 
   template <class Keeper>
@@ -42,13 +42,15 @@ class SinkWatch {
   }
 
  private:
-  static constexpr int window = 2000;  // tries
-  static constexpr int many = 100;     // windows, that a dip of steps does not last over
-  // A jump of a force is passed by a few steps of the tolerance's size, which grow again at once, a singular
-  // position by more, down to 1e-10 of the longest; a motion that ends sends each step below the one before.
-  static constexpr double deep = 1e-6, deepest = 1e-12;  // of the longest step
-  static constexpr int steadily = 16;                    // accepted steps below `deep`, in a row
-  static constexpr double hopeless = 10;  // so many times the most steps of a run are left after one
+  static constexpr int window = 2000;  // attempts
+  static constexpr int many = 100;     // windows; longer than a temporary dip of the steps
+  // At a jump of a force the steps dip to the tolerance's size for a few steps and grow again at once. A
+  // singular position takes more steps, down to 1e-10 of the longest. A motion that ends in finite time
+  // shrinks every step below the previous one.
+  static constexpr double deep = 1e-6, deepest = 1e-12;  // relative to the longest step
+  static constexpr int steadily = 16;                    // accepted steps below `deep` in a row
+  // Give up after one window if the rest needs this multiple of the largest number of steps.
+  static constexpr double hopeless = 10;
 
   double longest_ = 0;
   int sunk_ = 0, tries_ = 0, tried_ = 0, windows_ = 0;

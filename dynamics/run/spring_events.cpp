@@ -11,13 +11,13 @@ namespace borelli {
 
 namespace {
 
-// room for a start on a bound, m or rad: a spring pressed in by that little pushes with nothing to speak of
+// Tolerance for a start on a bound, m or rad; the force at this depth is negligible.
 constexpr double spring_room = 1e-9;
 
-// m or rad, of where a bound was met
+// m or rad: accuracy to which a bound is located.
 constexpr double spring_rounding = 1e-13;
 
-// rad: by so much a torsion spring may turn in one step, less than a half
+// rad: largest turn of a torsion spring in one step, less than half a turn.
 constexpr double largest_turn = 2;
 
 const LimitSpring& spring_of(const Parameters& parameters, std::size_t effort) {
@@ -49,7 +49,7 @@ void SpringEvents::look(const Kinematics& kinematics) {
   enum { on_coordinate };
   SiteReader<double> reader(system_, parameters_, kinematics);
   at_.clear();
-  while (at_.size() < bounds_.size()) {  // a spring's bounds follow each other
+  while (at_.size() < bounds_.size()) {  // the bounds of one spring are consecutive
     const std::size_t effort = bounds_[at_.size()].effort;
     reader.turn_to(system_.efforts[effort]);
     if (spring_of(parameters_, effort).range.size() == 1) {
@@ -69,8 +69,8 @@ EventValue SpringEvents::bound_value(int i) const {
   const Range& range = spring.range[bound.component];
   const auto [x, rate] = at_[i / 4];
   const bool upper = i % 2 == 0;
-  const EventValue left =
-      upper ? EventValue{range.upper + spring_room - x, -rate} : EventValue{x - range.lower + spring_room, rate};
+  const EventValue left = upper ? EventValue{range.upper + spring_room - x, -rate}
+                                : EventValue{x - range.lower + spring_room, rate};
   if (!std::isfinite(left.value)) return {1, 0};  // no bound
   if (i % 4 < 2) return left;
   return {left.value < 0 ? 1 - spring.dissipation * left.rate : 1, 0};
@@ -107,10 +107,10 @@ void SpringEvents::follow(const Kinematics& kinematics) {
     std::array<bool, 2>& acts = held(bound);
     for (int side = 0; side < 2; ++side) {
       const EventValue left = bound_value(int(4 * b) + side);
-      // (of a bound just met its rate tells for sure where it goes)
+      // Right at a bound, the rate decides the side.
       acts[side] = std::abs(left.value) > spring_rounding ? left.value < 0 : left.rate < 0;
       const double pushes = bound_value(int(4 * b) + 2 + side).value;
-      if (std::abs(pushes) > 1e-6) bound.slack[side] = pushes < 0;  // (else as the event has left it)
+      if (std::abs(pushes) > 1e-6) bound.slack[side] = pushes < 0;  // otherwise as the event left it
     }
   }
   for (Turn& turn : turns_) {
@@ -138,7 +138,7 @@ Result<AfterEvent> SpringEvents::handle(std::span<const int> which, State& state
     const auto& spring = spring_of(parameters_, bound.effort);
     const bool upper = i % 2 == 0, of_bound = i % 4 < 2;
     const EventValue left = bound_value(upper ? i / 4 * 4 : i / 4 * 4 + 1);
-    if (!of_bound && left.value >= 0) continue;  // at the bound itself: that is an event of its own
+    if (!of_bound && left.value >= 0) continue;  // the bound itself is a separate event
     bool& slack = bound.slack[i % 2];
     slack = !of_bound && !slack;
     const char* kind =

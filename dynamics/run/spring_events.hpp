@@ -1,8 +1,7 @@
-// Where springs do not go on smoothly: the bounds of limit springs and the half turn of torsion springs, as
-// events. A limit spring's force has a kink there, and a stiff one may be touched for so short a time that a
-// step sees nothing of it: within a step it therefore acts as at its start, so that the step is smooth and
-// its path goes through the bound. A torsion spring's torque turns round. Each step ends where that is
-// passed, and the next begins anew.
+// Events of springs: the bounds of limit springs and the half turn of torsion springs. A limit spring's force
+// has a kink at its bound, and contact with a stiff one may be too short for a step to see. Within a step the
+// spring therefore acts as at the step's start: the step is smooth and its path crosses the bound. A torsion
+// spring's torque reverses at the half turn. Each step ends at such an event, and the next one starts afresh.
 #pragma once
 
 #include <array>
@@ -15,12 +14,12 @@
 
 namespace borelli {
 
-/// Whether there may be any.
+/// Whether the efforts include limit or torsion springs.
 bool has_spring_events(const Parameters& parameters);
 
 class SpringEvents : public EventSource {
  public:
-  /// Sets how the limit springs of `parameters`, which are the run's own, act.
+  /// `parameters` belongs to the run; the constructor and follow() set how its limit springs act.
   SpringEvents(const System& system, Parameters& parameters);
   int count() const override { return first_turn() + int(turns_.size()); }
   bool any_turns() const { return !turns_.empty(); }
@@ -30,11 +29,11 @@ class SpringEvents : public EventSource {
   Result<AfterEvent> handle(std::span<const int> which, State& state, Workspace& workspace,
                             std::vector<LoggedEvent>& log) override;
 
-  /// Takes a state for that by which the ones to come are told: limit springs act as there, wherever a step
-  /// goes until it meets an event, and half turns are told until almost another one.
+  /// Takes the state at which a step starts as reference. Limit springs act as in this state until the step
+  /// meets an event; turns of torsion springs are counted from it, up to almost a full turn.
   void follow(const Kinematics& kinematics);
-  /// Whether from that state to one h later a torsion spring may have turned by so much that it cannot be
-  /// told.
+  /// Whether a torsion spring may have turned ambiguously far from the reference state to `after`, h later
+  /// (s).
   bool turned_too_far(const Kinematics& after, double h) const;
 
   template <class Keeper>
@@ -46,33 +45,37 @@ class SpringEvents : public EventSource {
  private:
   struct Bound {
     std::size_t effort;
-    int component;                               ///< of a ball's rotation vector
-    std::array<bool, 2> slack = {false, false};  ///< beyond the upper and the lower one
+    int component;  ///< component of a ball's rotation vector
+    /// Beyond the upper and the lower bound: the spring is slack (damping cancels its push).
+    std::array<bool, 2> slack = {false, false};
   };
-  /// A torsion spring: the first component of its quaternion, which goes on through half a turn, is watched.
+  /// A torsion spring. The watched function is the scalar part of its quaternion, which changes sign at half
+  /// a turn.
   struct Turn {
     std::size_t effort;
-    Quaternion from = identity_quaternion();  ///< of two that are one turn, the next ones are near this one
-    double speed = 0;                         ///< then, rad/s
+    /// Reference turn: of the two quaternions of a turn, the nearer to this one is used.
+    Quaternion from = identity_quaternion();
+    double speed = 0;  ///< rad/s, at the reference state
   };
-  /// How the run's spring acts there.
+  /// The run's flags whether the limit spring acts beyond the upper and the lower bound.
   std::array<bool, 2>& held(const Bound& bound) {
     return std::get<LimitSpring>(parameters_.efforts[bound.effort].kind).held[bound.component];
   }
-  /// Fills `at_`.
+  /// Fills `at_`: coordinate and rate per bound.
   void look(const Kinematics& kinematics);
   int first_turn() const { return int(4 * bounds_.size()); }
-  /// After look().
+  /// Call after look().
   EventValue bound_value(int i) const;
   Quaternion turned(const Turn& turn, const Kinematics& kinematics) const;
-  /// Of a in b, in a's axes.
+  /// Angular velocity of a relative to b, in a's axes, rad/s.
   Eigen::Vector3d turn_rate(const Turn& turn, const Kinematics& kinematics) const;
 
   const System& system_;
   Parameters& parameters_;
-  std::vector<Bound> bounds_;  ///< four functions each: of the upper and the lower one; whether they push
-  std::vector<std::pair<double, double>> at_;  ///< per bound: where its coordinate or component is, its rate
-  std::vector<Turn> turns_;                    ///< one function each
+  std::vector<Bound> bounds_;  ///< four functions per bound: upper, lower; then whether each pushes
+  /// Per bound: its coordinate or component, m or rad, and the rate.
+  std::vector<std::pair<double, double>> at_;
+  std::vector<Turn> turns_;  ///< one function per torsion spring
 };
 
 }  // namespace borelli

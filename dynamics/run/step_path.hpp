@@ -1,5 +1,5 @@
-// The step just made, as a function of time: the state anywhere in it, on the constraints, for output between
-// steps and for events.
+// The last step as a function of time: states within it, on the constraints, for output between steps and for
+// events.
 #pragma once
 
 #include "dynamics/constraints/assembly.hpp"
@@ -7,39 +7,38 @@
 
 namespace borelli {
 
-/// A state of a step, put on the constraints if that is how they are kept.
+/// A state within a step, projected on the constraints if they are kept by projection.
 struct Landing {
   State state;
-  Work work;               ///< done until then; what the projection at this state does is not in it
-  bool projected = false;  ///< was put on the constraints, and that is not booked yet
-  Projection projection;   ///< what that did
+  Work work;               ///< until this state, without the projection at this state
+  bool projected = false;  ///< the state was projected and the projection is not booked yet
+  Projection projection;   ///< result of the projection
   explicit Landing(const System& system) : work(system.groups) {}
-  /// Books what the projection did, once, from the equations solved at the state.
+  /// Books the work of the projection, once. `workspace` holds the equations at the state.
   void book_projection(const Workspace& workspace);
 };
 
 class StepPath {
  public:
-  /// `motion` and `integrator` are those that make the steps; `probe` is scratch that nothing else relies on,
-  /// null for a scene without rows.
+  /// `motion` and `integrator` make the steps. `probe` is exclusive scratch; null for a scene without rows.
   StepPath(const System& system, const SimulationSettings& settings, MotionFlow& motion,
            Integrator& integrator, Workspace* probe);
 
-  /// The step of h from (t, y), where the slope is dy and the work `work`, that came to `out`: until the next
-  /// call the arguments must stay as they are, and the motion's local coordinates where they were.
+  /// Sets the step of h from (t, y), with slope dy and work `work`, to `out`. The arguments and the centre of
+  /// the motion's local coordinates must stay unchanged until the next call.
   void begin(double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
              const Eigen::VectorXd& out, const Work& work);
 
-  /// The state at t + theta h, theta from 0 to 1: of dense output where that is as good as the steps, else of
-  /// a step so much shorter. Fails where the equations cannot be solved or the constraints not be met.
+  /// The state at t + theta h, 0 <= theta <= 1: from dense output if it is as accurate as the steps,
+  /// otherwise from a shorter step. Fails if the equations cannot be solved or the constraints cannot be met.
   Result<void> land(double theta, Landing& landing);
-  /// The same as it comes, not put on the constraints: off them by about what the step is off.
+  /// As land() without projection; the constraints are violated by about the step's error.
   Result<void> glance(double theta, Landing& landing);
-  /// Whether the method has dense output of its own that is coarser than its steps, which are long.
+  /// Whether the method has its own dense output that is less accurate than its (long) steps.
   bool has_outline() const { return integrator_.dense_order() > 3 && !integrator_.dense_suffices(); }
-  /// The state at t + theta h of that, as it comes.
+  /// The state at t + theta h from that dense output, without projection.
   Result<void> outline(double theta, Landing& landing);
-  /// The state at the time given, where the step ends.
+  /// The state at the step's end, at time `end`, projected as in land().
   Result<void> land_at_end(double end, Landing& landing);
 
  private:

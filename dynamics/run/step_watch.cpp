@@ -11,11 +11,11 @@ namespace borelli {
 
 namespace {
 
-// A coordinate that moves less than so much of its group's fastest one is judged as if it moved so much: it
-// has a thousandth of the energy, which is what a run of fixed steps may be off by.
+// A coordinate slower than this fraction of its group's fastest one is judged as if it had this speed: its
+// energy is a thousandth, which is the error that fixed steps may have.
 constexpr double least_share = 0.03;
 
-// Speeds below are rounding's (coordinates' scales per second).
+// Speeds below are rounding (coordinates' scales per second).
 constexpr double slowest_swing = 1e-7;
 
 }  // namespace
@@ -45,7 +45,7 @@ void StepWatch::observe(const State& state, const Eigen::VectorXd& a, bool joine
   a_ = a;
 }
 
-/// How far the coordinate at the step's end is from where the rates at both ends lead, m or rad.
+/// Distance of the coordinate at the step's end from the quadrature of the rates at both ends, m or rad.
 double StepWatch::defect(const CoordinateInfo& info, const State& state, const Eigen::VectorXd& a,
                          double h) const {
   const int i = info.v_index;
@@ -71,7 +71,7 @@ StepWatch::Finding StepWatch::worst(int order) const {
     const auto take = [&](double part, const Largest& at) {
       if (part > worst.part) worst = {part, at.time, at.step, int(i)};
     };
-    const double b2 = one.change.size / speed;  // the swing over a step, squared
+    const double b2 = one.change.size / speed;  // phase angle per step, squared
     take(order < 4 ? b2 / 12 : order < 6 ? b2 * b2 / 720 : b2 * b2 * b2 / 100800, one.change);
     take(one.defect.size / speed, one.defect);
   }

@@ -1,14 +1,15 @@
-// Tells when steps of one length do not follow the motion that they make: a swing of which every step sees
-// one place alike balances its energy and is wrong all the same.
+// Detects fixed steps that are too long for the motion. Example: a step that samples every swing at the same
+// phase balances the energy but is wrong.
 //
-// Two things are looked at. How the accelerations change over a step says how far it swings: by the angle b,
-// b^2 = h |a1 - a0| / |v|, of which Gauss' methods of order 2, 4, 6 miss the parts b^2 / 12, b^4 / 720, b^6 /
-// 100800, and no method of those orders much less. And what a step came to is compared with what the rates at
-// both its ends say, by Hermite's quadrature
+// Two tests. First, the change of the accelerations over a step estimates the phase angle b per step,
+//   b^2 = h |a1 - a0| / |v|.
+// Gauss methods of order 2, 4, 6 miss the fractions b^2 / 12, b^4 / 720, b^6 / 100800 of it; other methods of
+// these orders miss no less. Second, the end of a step is compared with Hermite's quadrature of the rates at
+// both ends,
 //     x1 = x0 + h (v0 + v1) / 2 - h^2 (a1 - a0) / 12 + O(h^5)
-// (for a ball the rotation vector of Magnus' expansion, with h^2 (w0 x w1) / 12 more: Iserles et al.,
-// Lie-group methods, Acta Numerica 2000, section 4), which shows the errors of methods below its order,
-// however they come about.
+// (for a ball the rotation vector of the Magnus expansion, with the additional term h^2 (w0 x w1) / 12:
+// Iserles et al., Lie-group methods, Acta Numerica 2000, section 4). It shows errors of any origin for
+// methods of lower order.
 #pragma once
 
 #include <optional>
@@ -21,26 +22,26 @@ namespace borelli {
 
 class StepWatch {
  public:
-  /// The largest part of a step that may be missed: what eight steps to a swing leave with a method of order
-  /// 2, (pi / 4)^2 / 12.
+  /// Largest trusted fraction of a step that is missed: with order 2, that of eight steps per swing, (pi /
+  /// 4)^2 / 12.
   static constexpr double limit = 0.05;
 
   explicit StepWatch(const System& system);
 
-  /// Looks at a state whose accelerations are `a` (nv). `joined`: one step lies between it and the state
-  /// before; false: none does, or something in it that changed velocities.
+  /// Observes a state with accelerations `a` (nv). `joined`: exactly one step without velocity jumps leads
+  /// from the previous state to this one.
   void observe(const State& state, const Eigen::VectorXd& a, bool joined);
 
-  /// The worst step of a method of that order: what part of it was missed, its length taken at the
-  /// coordinate's largest speed of the run.
+  /// The worst step of a method of this order: the missed fraction of the step at the coordinate's largest
+  /// speed in the run.
   struct Finding {
     double part = 0;
-    double time = 0, step = 0;  ///< s: its end, its length
-    int coordinate = -1;        ///< in System::coordinates
+    double time = 0, step = 0;  ///< s: end and length of the step
+    int coordinate = -1;        ///< index in System::coordinates; -1: none
   };
   Finding worst(int order) const;
 
-  /// Why the run is not to be trusted, of a finding above the limit.
+  /// The reason for distrust, for a finding above the limit.
   std::string reason(const Finding& finding) const;
 
   template <class Keeper>
@@ -49,21 +50,21 @@ class StepWatch {
   }
 
  private:
-  /// The largest that something was over the run's steps: coordinates' scales per second.
+  /// The maximum of a quantity over the steps; in the coordinate's scale per second.
   struct Largest {
     double size = 0;
-    double time = 0, step = 0;  ///< s: the end of the step, its length
+    double time = 0, step = 0;  ///< s: end and length of the step
     void take(double now, double t, double h);
     template <class Keeper>
     void keep(Keeper& k) {
       k(size, time, step);
     }
   };
-  /// Of one coordinate.
+  /// Per coordinate.
   struct Followed {
-    double fastest = 0;  ///< its largest speed
-    Largest defect;      ///< of a step from the quadrature, over its length
-    Largest change;      ///< of its speed's rate over a step, times its length
+    double fastest = 0;  ///< largest speed
+    Largest defect;      ///< step minus quadrature, over the step's length
+    Largest change;      ///< change of the acceleration over a step, times the step's length
     template <class Keeper>
     void keep(Keeper& k) {
       k(fastest, defect, change);
@@ -73,7 +74,7 @@ class StepWatch {
 
   const System& system_;
   bool started_ = false;
-  double t_ = 0;  ///< the state last looked at
+  double t_ = 0;  ///< time of the last observed state, s
   Eigen::VectorXd q_, v_, a_;
   std::vector<Followed> coordinates_;
 };

@@ -1,5 +1,5 @@
-// Constraints beyond the joints: rows h(q, t) = 0, or rows of velocities L u = 0, held by Lagrange
-// multipliers. A new kind is one new file beside constraint_distance.hpp, and its name in the list below.
+// Constraints beyond the joints: rows h(q, t) = 0, or velocity rows L u = 0, enforced by Lagrange
+// multipliers. To add a kind, write a file like constraint_distance.hpp and list its name below.
 #pragma once
 
 #include <string>
@@ -34,20 +34,20 @@ using ConstraintKind =
                  RollingSphere, KnifeEdge, Limit, Rope, SphereOverPlane, CapsuleOverPlane, BoxOverPlane,
                  SphereOverSphere, CapsuleOverCapsule>;
 
-/// Kinds whose rows are contacts (contact.hpp).
+/// Kinds whose rows are unilateral contacts (contact.hpp).
 template <class Kind>
 concept Unilateral = requires {
   Kind::contact_rows;
 };
 
-/// Kinds whose last `kinematic_rows` rows hold velocities alone (nonholonomic: no function of positions has
-/// them as its rate): their h is zero everywhere, and projection puts right their velocities only.
+/// Kinds whose last `kinematic_rows` rows are nonholonomic: they constrain velocities only, and no function
+/// of positions has them as its rate. Their h is zero everywhere; projection corrects their velocities only.
 template <class Kind>
 concept Kinematic = requires {
   Kind::kinematic_rows;
 };
 
-/// How many rows a constraint has: `rows`, a constant, or a function where its fields decide.
+/// Number of rows: the constant `rows`, or the function rows() if it depends on the fields.
 inline int row_count(const ConstraintKind& kind) {
   return std::visit(
       [](const auto& k) {
@@ -70,8 +70,8 @@ inline int kinematic_row_count(const ConstraintKind& kind) {
       kind);
 }
 
-/// The radii of both of what touches, together, m: its gap is a distance less that. 0: of something flat, or
-/// a limit.
+/// Sum of the two radii of touching spheres or capsules, m: their gap is a distance minus this sum. 0 for
+/// kinds without two radii.
 inline double radii_of(const ConstraintKind& kind) {
   return std::visit(
       [](const auto& k) {
@@ -83,7 +83,7 @@ inline double radii_of(const ConstraintKind& kind) {
       kind);
 }
 
-/// The surface of a unilateral constraint.
+/// Restitution and friction of a unilateral constraint.
 inline ContactSurface surface_of(const ConstraintKind& kind) {
   return std::visit(
       [](const auto& k) {
@@ -98,7 +98,7 @@ inline ContactSurface surface_of(const ConstraintKind& kind) {
 }
 
 struct Constraint {
-  std::string name;  ///< unique among the scene's constraints; errors and multipliers bear it
+  std::string name;  ///< unique among the constraints of the scene; used in errors and for multipliers
   ConstraintKind kind;
   int line = 0;  ///< as Solid::line
 };

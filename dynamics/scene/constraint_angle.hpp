@@ -1,5 +1,5 @@
-// Holonomic constraint: the angle between two directions, each fixed in a solid or in the world, is given; it
-// may be a function of time. (The angle to a plane is a right one less that to its normal.)
+// Holonomic constraint: prescribes the angle between two directions, each fixed in a solid or in the world.
+// The angle may be a function of time. (The angle to a plane is pi/2 minus the angle to its normal.)
 #pragma once
 
 #include <string_view>
@@ -12,12 +12,12 @@ namespace borelli {
 template <class T>
 class ConstraintPass;
 
-/// The angle of a and b, which lies between 0 and pi, less angle(t): one row, rad. Where the directions come
-/// to be parallel it has no derivative: keep them so by a `weld`, or by right angles to two others.
+/// The angle between a and b, in (0, pi), minus angle(t): one row, rad. The row is singular where the
+/// directions become parallel. To keep them parallel, use a `weld`, or right angles to two other directions.
 struct AngleConstraint {
   static constexpr std::string_view kind = "angle";
   SolidName a;
-  Eigen::Vector3d axis_a = Eigen::Vector3d::UnitZ();  ///< in its axes
+  Eigen::Vector3d axis_a = Eigen::Vector3d::UnitZ();  ///< in the axes of solid a
   SolidName b;
   Eigen::Vector3d axis_b = Eigen::Vector3d::UnitZ();
   TimeFunction angle = constant(0);  ///< rad
@@ -40,7 +40,7 @@ struct AngleConstraint {
   static constexpr int rows = 1;
   static constexpr int length_rows = 0;
 
-  // The angle grows by m . (w_a - w_b), m the unit vector along b x a.
+  // The rate of the angle is m . (w_a - w_b), with m the unit vector along b x a.
   template <class T>
   void evaluate(ConstraintPass<T>& pass) const {
     enum { a_site, b_site };

@@ -7,12 +7,12 @@
 
 namespace borelli {
 
-/// The eight corners stay above the plane: eight contacts, m. The box lies along its solid's axes; corner k
-/// is on the side of +x if bit 0 of k is set, of +y for bit 1, of +z for bit 2.
+/// The eight corners stay above the plane: eight contacts of three rows, m. The edges are parallel to the
+/// axes of the solid. Corner k is on the side of +x if bit 0 of k is set, of +y for bit 1, of +z for bit 2.
 struct BoxOverPlane {
   static constexpr std::string_view kind = "box_over_plane";
   SolidPoint box;                                  ///< its centre
-  Eigen::Vector3d size = Eigen::Vector3d::Ones();  ///< m, whole edges
+  Eigen::Vector3d size = Eigen::Vector3d::Ones();  ///< full edge lengths, m
   Plane plane;
   ContactSurface surface;
 

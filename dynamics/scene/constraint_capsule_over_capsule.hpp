@@ -1,4 +1,4 @@
-// Unilateral constraint: two capsules, or a capsule and a sphere, keep off each other.
+// Unilateral constraint: two capsules, or a capsule and a sphere, do not overlap.
 #pragma once
 
 #include <string_view>
@@ -7,13 +7,14 @@
 
 namespace borelli {
 
-/// The distance of the two middle lines - radius_a - radius_b >= 0: one contact, where they are nearest, m.
-/// Parallel capsules side by side touch along a line: one point of it, at a's middle, is all that holds them.
+/// Distance between the two axis segments - radius_a - radius_b >= 0: one contact at the nearest points, m.
+/// Parallel capsules side by side touch along a line, but get one contact point only, at the middle of a.
 struct CapsuleOverCapsule {
   static constexpr std::string_view kind = "capsule_over_capsule";
-  SolidPoint a, b;                                                                       ///< centres
-  Eigen::Vector3d axis_a = Eigen::Vector3d::UnitZ(), axis_b = Eigen::Vector3d::UnitZ();  ///< in their solids'
-  double length_a = 0, length_b = 0;  ///< m, without the caps; 0: a sphere
+  SolidPoint a, b;  ///< centres
+  Eigen::Vector3d axis_a = Eigen::Vector3d::UnitZ(),
+                  axis_b = Eigen::Vector3d::UnitZ();  ///< in the axes of their solids
+  double length_a = 0, length_b = 0;                  ///< m, of the cylinder without caps; 0: a sphere
   Radii radii;
   ContactSurface surface;
 

@@ -7,12 +7,12 @@
 
 namespace borelli {
 
-/// The caps' two spheres stay above the plane: two contacts, m.
+/// The two end spheres stay above the plane: two contacts of three rows, m.
 struct CapsuleOverPlane {
   static constexpr std::string_view kind = "capsule_over_plane";
   SolidPoint capsule;                               ///< its centre
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< in its solid's axes; made unit by compile()
-  double length = 1, radius = 0.1;                  ///< m, without the caps
+  double length = 1, radius = 0.1;                  ///< m; length of the cylinder without caps
   Plane plane;
   ContactSurface surface;
 

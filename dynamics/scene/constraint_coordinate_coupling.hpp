@@ -1,5 +1,5 @@
-// Holonomic constraint: a linear tie between scalar coordinates (gear, rack and pinion), or a coordinate held
-// to a function of time.
+// Holonomic constraint: a linear relation between scalar coordinates (gear, rack and pinion), or a coordinate
+// prescribed as a function of time.
 #pragma once
 
 #include <string_view>
@@ -17,7 +17,7 @@ class ConstraintPass;
 struct CoordinateCoupling {
   static constexpr std::string_view kind = "coordinate_coupling";
   std::vector<CoordinateName> coordinates;
-  std::vector<double> ratios;  ///< as many as coordinates
+  std::vector<double> ratios;  ///< one per coordinate
   TimeFunction value = constant(0);
 
   template <class Self, class Visit>
@@ -33,7 +33,7 @@ struct CoordinateCoupling {
   }
 
   static constexpr int rows = 1;
-  static constexpr int length_rows = 0;  ///< the first ones, which are in m
+  static constexpr int length_rows = 0;  ///< number of leading rows in m
 
   template <class T>
   void evaluate(ConstraintPass<T>& pass) const {

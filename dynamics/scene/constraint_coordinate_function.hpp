@@ -1,5 +1,5 @@
-// Holonomic constraint: a coordinate is a function of another (a gear with an offset, a cam, the slide of a
-// knee with its flexion).
+// Holonomic constraint: a coordinate is a function of another (offset gear, cam, translations of a knee with
+// its flexion).
 #pragma once
 
 #include <string_view>
@@ -12,8 +12,8 @@ namespace borelli {
 template <class T>
 class ConstraintPass;
 
-/// q_on - f(q_of) = 0: one row, m or rad. f takes q_of in m or rad where it is named as a function of time.
-/// Of a switch that is `Coupled`, compile() makes one of these.
+/// q_on - f(q_of) = 0: one row, m or rad. f is a TimeFunction with q_of (m or rad) as its argument instead of
+/// time. compile() turns each `Coupled` switch into such a constraint.
 struct CoordinateFunction {
   static constexpr std::string_view kind = "coordinate_function";
   CoordinateName on, of;
@@ -31,7 +31,7 @@ struct CoordinateFunction {
   }
 
   static constexpr int rows = 1;
-  static constexpr int length_rows = 0;  ///< the first ones, which are in m
+  static constexpr int length_rows = 0;  ///< number of leading rows in m
 
   template <class T>
   void evaluate(ConstraintPass<T>& pass) const {

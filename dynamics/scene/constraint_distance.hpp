@@ -12,8 +12,8 @@ namespace borelli {
 template <class T>
 class ConstraintPass;
 
-/// Row 0: the distance of two points less the one asked for, times `sign`. Where the points meet it has no
-/// direction: then it has its value alone, and the answer is false.
+/// Row 0: `sign` times (distance of the two points - asked.value), m. Where the points coincide the row has
+/// no direction. It then gets its value only, and the function returns false.
 template <class T>
 bool distance_row(ConstraintPass<T>& pass, const SolidPoint& a, const SolidPoint& b, const TimeValue& asked,
                   double sign) {
@@ -54,7 +54,7 @@ struct Distance {
   }
 
   static constexpr int rows = 1;
-  static constexpr int length_rows = 1;  ///< the first ones, which are in m
+  static constexpr int length_rows = 1;  ///< number of leading rows in m
 
   template <class T>
   void evaluate(ConstraintPass<T>& pass) const {

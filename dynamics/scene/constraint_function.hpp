@@ -1,4 +1,5 @@
-// Holonomic constraint: a user's own function of coordinates, points and time, in C++, with its derivatives.
+// Holonomic constraint: a user-defined function of coordinates, points and time, in C++, with its
+// derivatives.
 #pragma once
 
 #include <functional>
@@ -13,7 +14,8 @@ namespace borelli {
 template <class T>
 class ConstraintPass;
 
-/// What a user's function h(x, t) fills in, at the given x and t. Sized by the engine; zero before each call.
+/// Output of a user-defined function h(x, t): value and derivatives at x and t. The engine sizes it, and sets
+/// it to zero before each call.
 struct FunctionDerivatives {
   double value = 0;               ///< h
   Eigen::VectorXd gradient;       ///< dh/dx
@@ -23,8 +25,8 @@ struct FunctionDerivatives {
   double acceleration = 0;        ///< partial d2h/dt2
 };
 
-/// h(x, t) = 0: one row. x holds the coordinates in the order given, then three world coordinates (m) of each
-/// point. Not written to scene files.
+/// h(x, t) = 0: one row. x holds the coordinates in the given order, then three world coordinates (m) of each
+/// point. It cannot be written to scene files.
 struct FunctionConstraint {
   static constexpr std::string_view kind = "function";
   static constexpr bool is_code = true;
@@ -41,7 +43,7 @@ struct FunctionConstraint {
   std::string complaint() const { return function ? "" : "has no function; set one in C++"; }
 
   static constexpr int rows = 1;
-  static constexpr int length_rows = 0;  ///< the first ones, which are in m
+  static constexpr int length_rows = 0;  ///< number of leading rows in m
 
   template <class T>
   void evaluate(ConstraintPass<T>& pass) const {
@@ -82,8 +84,9 @@ struct FunctionConstraint {
     function(t, x, h);
   }
 
-  /// Adds the derivatives that x carries. The bias' own by x are third derivatives of h, which the function
-  /// does not give: the change along the motion of (hessian rate + gradient_rate), by central differences.
+  /// Adds the derivatives carried by x. Those of the bias by x need third derivatives of h, which the
+  /// function does not give. They are the change of (hessian rate + gradient_rate) along the motion, by
+  /// central differences.
   template <class Scratch, class T>
   void differentiate(double t, Scratch& s, T& value, T& partial, T& bias) const {
     double fastest = 1;

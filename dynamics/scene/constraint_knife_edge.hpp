@@ -7,14 +7,14 @@
 
 namespace borelli {
 
-/// d . (v_p - v_ground(p)) = 0: one row, m/s; p a point of the blade, d the blade's normal, which turns with
-/// it. Its multiplier is the sideways force on the blade. What keeps the blade on its ground (a plane's
-/// switches, a `point_on_plane`) is not part of it.
+/// d . (v_p - v_ground(p)) = 0: one row, m/s; p is a point of the blade, d its normal, fixed in its solid.
+/// The multiplier is the lateral force on the blade. Something else must keep the blade on the ground: the
+/// switches of a plane, or a `point_on_plane`.
 struct KnifeEdge {
   static constexpr std::string_view kind = "knife_edge";
-  SolidPoint blade;                                   ///< its point
+  SolidPoint blade;                                   ///< the point p
   Eigen::Vector3d normal = Eigen::Vector3d::UnitY();  ///< in its solid's axes
-  SolidName ground;                                   ///< what it cuts into: a solid or the world
+  SolidName ground;                                   ///< the solid it cuts into, or the world
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {

@@ -12,8 +12,8 @@ namespace borelli {
 template <class T>
 class ConstraintPass;
 
-/// q - lower >= 0 and upper - q >= 0: two contacts without friction, m or rad. A bound that is not given does
-/// not bind.
+/// q - lower >= 0 and upper - q >= 0: two frictionless contacts, m or rad. A missing bound gives an inactive
+/// row.
 struct Limit {
   static constexpr std::string_view kind = "limit";
   CoordinateName on;

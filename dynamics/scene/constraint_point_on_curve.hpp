@@ -15,22 +15,22 @@ namespace borelli {
 template <class T>
 class ConstraintPass;
 
-/// e_i . (p - c(s)) = 0: two rows, m; c(s) the curve's point nearest to p, and e_i two directions across the
-/// curve there. The curve is the natural cubic spline through the points over the length of their chords,
-/// which goes on straight beyond its ends; a closed one is the periodic spline. Where a curve comes close to
-/// itself the point must stay nearer to its own branch. At the curve's points its third derivative jumps, and
-/// with it the accelerations' rate.
+/// e_i . (p - c(s)) = 0: two rows, m. c(s) is the point of the curve nearest to p; e_1 and e_2 are two
+/// directions normal to the curve there. The curve is the natural cubic spline through the points, over chord
+/// length; it continues straight beyond its ends. A closed curve is the periodic spline. Where two branches
+/// of the curve come close, p must stay nearer to its own. At the given points the third derivative jumps,
+/// and with it the rate of the accelerations.
 struct PointOnCurve {
   static constexpr std::string_view kind = "point_on_curve";
   SolidPoint point;
   SolidName curve;                       ///< the solid that carries it
-  std::vector<Eigen::Vector3d> through;  ///< m, in that solid's frame; two at least, three of a closed one
-  bool closed = false;                   ///< the last is followed by the first
+  std::vector<Eigen::Vector3d> through;  ///< m, in that solid's frame; at least two, at least three if closed
+  bool closed = false;                   ///< the first point follows the last
 
-  // what prepare() makes of them
-  std::array<CubicSpline, 3> path;  ///< its x, y and z over the length of its chords
+  // computed by prepare()
+  std::array<CubicSpline, 3> path;  ///< x, y and z over chord length
   Eigen::Matrix<double, 3, 2> across =
-      Eigen::Matrix<double, 3, 2>::Zero();  ///< the two directions in which its points spread least
+      Eigen::Matrix<double, 3, 2>::Zero();  ///< the two directions in which the chords spread least
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
@@ -50,7 +50,7 @@ struct PointOnCurve {
     return "";
   }
 
-  /// Lays the curve through the points; done by compile().
+  /// Builds the spline through the points; called by compile().
   void prepare() {
     std::vector<double> lengths{0};
     std::array<std::vector<double>, 3> places;
@@ -70,14 +70,15 @@ struct PointOnCurve {
     across = axes.leftCols<2>();
   }
 
-  /// Along the curve (m, of its chords), of its point nearest to x, which is in the curve's solid's frame.
+  /// The chord length (m) along the curve at its point nearest to x; x in the frame of the solid that carries
+  /// it.
   double length_at(const Eigen::Vector3d& x) const { return nearest(x); }
 
   static constexpr int rows = 2;
   static constexpr int length_rows = 2;
 
-  // With d = p - c(s) across the curve: s' (|c'|^2 - d . c'') = c' . p', and where the directions e_i turn no
-  // more about the curve than it does, e_i' . d = 0 and e_i' . p' = -(e_i . c'') s' (c' . p') / |c'|^2.
+  // With d = p - c(s), normal to the curve: s' (|c'|^2 - d . c'') = c' . p'. For directions e_i that do not
+  // twist about the curve, e_i' . d = 0 and e_i' . p' = -(e_i . c'') s' (c' . p') / |c'|^2.
   template <class T>
   void evaluate(ConstraintPass<T>& pass) const {
     enum { point_site, curve_site };
@@ -110,7 +111,7 @@ struct PointOnCurve {
   }
 
  private:
-  /// The curve's place and its first two derivatives by s.
+  /// The point of the curve at s and its first two derivatives by s.
   template <class T>
   std::array<Eigen::Vector3<T>, 3> at_length(const T& s) const {
     std::array<Eigen::Vector3<T>, 3> out;
@@ -128,8 +129,8 @@ struct PointOnCurve {
     return {value_of(x[0]), value_of(x[1]), value_of(x[2])};
   }
 
-  /// The s whose point is nearest to x: the best of four places to a piece, then Newton's method; with the
-  /// derivatives that x carries.
+  /// The s of the curve point nearest to x: the best of samples at the quarters of each piece, refined by
+  /// Newton's method. It carries the derivatives of x.
   template <class T>
   T nearest(const Eigen::Vector3<T>& x) const {
     const Eigen::Vector3d at = values_of(x);
@@ -147,7 +148,8 @@ struct PointOnCurve {
     for (int i = 0; i < 50; ++i) {
       const auto [c, tangent, bend] = at_length(s);
       const double full = tangent.squaredNorm(), offset = (at - c).dot(bend);
-      slope = -std::max(full - offset, 0.1 * full);  // towards the least, not the greatest distance
+      slope = -std::max(full - offset, 0.1 * full);  // bounded, so that Newton finds the minimum of the
+                                                     // distance, not the maximum
       const double step = -(at - c).dot(tangent) / slope;
       s += step;
       if (std::abs(step) <= 1e-15 * knots.back()) break;

@@ -9,12 +9,12 @@
 
 namespace borelli {
 
-/// e_i . (p - p_line) = 0 for two directions e_i across the line, fixed in its solid: two rows, m.
+/// e_i . (p - p_line) = 0 for two directions e_i normal to the line, fixed in its solid: two rows, m.
 struct PointOnLine {
   static constexpr std::string_view kind = "point_on_line";
   SolidPoint point;
   SolidPoint line;                                  ///< a point of the line, in the solid that carries it
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< along it, in that solid's axes
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< direction of the line, in that solid's axes
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {

@@ -12,11 +12,11 @@ namespace borelli {
 template <class T>
 class ConstraintPass;
 
-/// Row r: n . (p - p_plane) - shift, of a point of solid a and a plane of solid b, both in their solids'
-/// frames.
-// Seen from the plane's solid, the point moves with v_rel = v_point - v_plane(p), v_plane(p) the velocity of
-// the solid's own point there; the second derivative of h holds the relative acceleration, less Coriolis'
-// part.
+/// Row r: n . (p - p_plane) - shift, m, for a point of solid a and a plane of solid b, each given in the
+/// frame of its solid.
+// Relative to the solid of the plane, the point moves with v_rel = v_point - v_plane(p); v_plane(p) is the
+// velocity of the point of that solid at p. The second derivative of h is n . (a_point - a_plane(p)) - 2 n .
+// (w x v_rel) - shift'': relative acceleration less the Coriolis term.
 template <class T>
 void point_on_plane_row(ConstraintPass<T>& pass, int r, int a, const Eigen::Vector3d& point, int b,
                         const Eigen::Vector3d& on, const Eigen::Vector3d& normal, const TimeValue& shift) {
@@ -46,7 +46,7 @@ struct PointOnPlane {
   std::string complaint() const { return plane.complaint(); }
 
   static constexpr int rows = 1;
-  static constexpr int length_rows = 1;  ///< the first ones, which are in m
+  static constexpr int length_rows = 1;  ///< number of leading rows in m
 
   template <class T>
   void evaluate(ConstraintPass<T>& pass) const {

@@ -22,7 +22,7 @@ struct PointOnPoint {
   }
 
   static constexpr int rows = 3;
-  static constexpr int length_rows = 3;  ///< the first ones, which are in m
+  static constexpr int length_rows = 3;  ///< number of leading rows in m
 
   template <class T>
   void evaluate(ConstraintPass<T>& pass) const {

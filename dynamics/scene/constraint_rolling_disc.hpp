@@ -7,17 +7,17 @@
 
 namespace borelli {
 
-/// The rim's point nearest to the plane touches it, n . (c - p_plane) - radius |n x a| = 0 (holonomic, m; a
-/// the disc's axis), and has the plane's velocity (two kinematic rows, m/s): so it rolls, and may lean, turn
-/// and spin. The multipliers are the plane's force on it: along n, and along two directions across, fixed in
-/// the plane. A disc that lies flat has no such point.
+/// The lowest point of the rim touches the plane: n . (c - p_plane) - radius |n x a| = 0 (holonomic, m; a is
+/// the axis of the disc). That point has the velocity of the plane (two kinematic rows, m/s). So the disc
+/// rolls, and may lean, turn and spin. The multipliers are the force of the plane on the disc: along n, and
+/// along two tangents fixed in the plane. A disc that lies flat is singular.
 struct RollingDisc {
   static constexpr std::string_view kind = "rolling_disc";
   SolidPoint disc;                                  ///< its centre
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< in its solid's axes; either sense
   double radius = 0;                                ///< m
   Plane plane;
-  bool held = true;  ///< false: joints keep its height, and there is no row for it
+  bool held = true;  ///< false: joints fix its height, and the first row is left out
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
@@ -37,7 +37,8 @@ struct RollingDisc {
   static constexpr int length_rows = 3;
   static constexpr int kinematic_rows = 2;
 
-  // The rim's lowest point is c - radius e, e = (n - cosine a) / sine the unit vector up the disc's plane.
+  // The lowest point of the rim is c - radius e; e = (n - cosine a) / sine is the upward unit vector in the
+  // plane of the disc.
   template <class T>
   void evaluate(ConstraintPass<T>& pass) const {
     enum { disc_site, plane_site };

@@ -7,16 +7,16 @@
 
 namespace borelli {
 
-/// The sphere touches the plane, n . (c - p_plane) - radius = 0 (holonomic, m), and its point there has the
-/// plane's velocity (two kinematic rows, m/s). It may spin about n. The multipliers are the plane's force on
-/// it: along n, and along two directions across, fixed in the plane. It can be pulled as well as pressed; see
-/// SphereOverPlane for one that may lift off or slip.
+/// The sphere touches the plane, n . (c - p_plane) - radius = 0 (holonomic, m). Its contact point has the
+/// velocity of the plane (two kinematic rows, m/s). It may spin about n. The multipliers are the force of the
+/// plane on the sphere: along n, and along two tangents fixed in the plane. The plane can pull as well as
+/// push. For lift-off and slip see SphereOverPlane.
 struct RollingSphere {
   static constexpr std::string_view kind = "rolling_sphere";
   SolidPoint sphere;  ///< its centre
   double radius = 0;  ///< m
   Plane plane;
-  bool held = true;  ///< false: joints keep its height, and there is no row for it
+  bool held = true;  ///< false: joints fix its height, and the first row is left out
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {

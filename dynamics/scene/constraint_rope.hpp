@@ -1,4 +1,4 @@
-// Unilateral constraint: two points come no farther from each other than a rope between them is long.
+// Unilateral constraint: the distance of two points does not exceed the length of a rope.
 #pragma once
 
 #include <cmath>
@@ -33,7 +33,7 @@ struct Rope {
   static constexpr int length_rows = 1;
   static constexpr int contact_rows = 1;
 
-  // where its points meet it is slack
+  // Where the points coincide the rope is slack, so that it needs no direction.
   template <class T>
   void evaluate(ConstraintPass<T>& pass) const {
     distance_row(pass, a, b, {.value = length}, -1);

@@ -1,4 +1,4 @@
-// Unilateral constraint: two spheres keep off each other.
+// Unilateral constraint: two spheres do not overlap.
 #pragma once
 
 #include <string_view>

@@ -1,5 +1,5 @@
 // Holonomic constraint: a solid keeps its pose in another solid or in the world (closes a rigid loop). Solids
-// that are welded in the tree itself (fixed switches) need none: they are merged by compile().
+// joined by fixed switches in the tree need none: compile() merges them.
 #pragma once
 
 #include <string_view>
@@ -12,8 +12,9 @@ namespace borelli {
 template <class T>
 class ConstraintPass;
 
-/// X_ba = `pose`: six rows; three of position (world axes, m), three of rotation: twice the vector part of
-/// the quaternion of pose.R^T R_ba (a's axes, rad to first order), which vanishes at no other orientation.
+/// X_ba = `pose`: six rows. The first three are position (world axes, m). The last three are rotation: twice
+/// the vector part of the quaternion of pose.R^T R_ba (axes of a, rad to first order), which vanishes at no
+/// other orientation.
 struct WeldConstraint {
   static constexpr std::string_view kind = "weld";
   SolidName a, b;
@@ -27,10 +28,10 @@ struct WeldConstraint {
   }
 
   static constexpr int rows = 6;
-  static constexpr int length_rows = 3;  ///< the first ones, which are in m
+  static constexpr int length_rows = 3;  ///< number of leading rows in m
 
-  // Rotation: with the unit quaternion (s, e) of pose.R^T R_ba and w the angular velocity of a in b in a's
-  // axes, h = 2 e has the rate M w, M = s 1 + [e]x, and M' w = ((e x w) x w - (e . w) w) / 2.
+  // Rotation: (s, e) is the unit quaternion of pose.R^T R_ba, w the angular velocity of a in b, in the axes
+  // of a. h = 2 e has the rate M w, M = s 1 + [e]x, and M' w = ((e x w) x w - (e . w) w) / 2.
   template <class T>
   void evaluate(ConstraintPass<T>& pass) const {
     enum { a_site, b_site };

@@ -1,10 +1,10 @@
-// Unilateral constraints (the paper's u(q) >= 0): contacts that can press but not pull. Each contact is a row
-// in the direction in which it opens and, where it can rub, two more across it: the velocity of the one
-// surface over the other. A contact that is open asks nothing; a closed one holds its first row like any
-// constraint, and all three where it sticks.
+// Unilateral constraints (the paper's u(q) >= 0): contacts that push but cannot pull. Each contact has a
+// normal row, in its opening direction. With friction it has two tangential rows too: the slip velocity of
+// one surface over the other. An open contact enforces no row, a sliding one its normal row, a sticking one
+// all three.
 //
-// A kind of constraint is unilateral if it says how many rows each of its contacts has (`contact_rows`); it
-// then has a `surface`, or a `restitution` alone where it cannot rub.
+// A constraint kind is unilateral if it gives the number of rows per contact (`contact_rows`). It then has a
+// `surface`, or a `restitution` alone if it has no friction.
 #pragma once
 
 #include <algorithm>
@@ -17,14 +17,14 @@ namespace borelli {
 
 enum class Touch : char {
   open,     ///< no force
-  sliding,  ///< touches; friction, if any, is the coefficient times the normal force, against the slip
-  sticking  ///< touches and does not slip
+  sliding,  ///< closed; friction, if any, is the coefficient times the normal force, against the slip
+  sticking  ///< closed, without slip
 };
 
 struct ContactMode {
   Touch touch = Touch::open;
-  double slip[2] = {0, 0};  ///< sliding: the unit direction of the slip along the two rows across, where the
-                            ///< velocity is too small to say
+  double slip[2] = {0, 0};  ///< sliding: unit slip direction along the two tangential rows, for velocities
+                            ///< too small to define it
   bool operator==(const ContactMode&) const = default;
 };
 
@@ -33,20 +33,20 @@ inline bool any_closed(const std::vector<ContactMode>& modes) {
                      [](const ContactMode& mode) { return mode.touch != Touch::open; });
 }
 
-/// One point where two things can touch, as a System lists it.
+/// One possible contact point, as listed in a System.
 struct Contact {
   int constraint = 0;
-  int row = 0;  ///< of the normal; the two across follow it
+  int row = 0;  ///< the normal row; the two tangential rows follow it
   bool tangents = false;
-  std::string name;  ///< the constraint's; with [k] where it has several contacts
+  std::string name;  ///< the constraint's name; with [k] if it has several contacts
 };
 
-/// What two things are to each other where they touch.
+/// Contact parameters of a pair of surfaces.
 struct ContactSurface {
-  double restitution = 0;  ///< 0: no rebound, 1: without loss
-  double friction = 0;     ///< Coulomb's coefficient, for stick and slip alike
+  double restitution = 0;  ///< coefficient of restitution; 0: no rebound, 1: no loss
+  double friction = 0;     ///< Coulomb coefficient, the same for stick and slip
 
-  /// Its fields stand among those of the constraint that it is part of.
+  /// In files its fields stand among those of the constraint that contains it.
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
     visit("restitution", self.restitution);
@@ -59,12 +59,13 @@ struct ContactSurface {
   }
 };
 
-/// m/s. A slip that has come down to less has ended; one below the second has the direction in which it went,
-/// or was to begin: its own would follow the least of forces, in less time than any step.
+/// m/s. A slip below least_slip has ended. A slip below least_steered_slip keeps the stored direction
+/// (ContactMode::slip): its own direction would follow the smallest force faster than any step.
 inline constexpr double least_slip = 1e-10, least_steered_slip = 1e-6;
 
-/// The slip direction of a sliding contact whose velocity across is `slip` (m/s). One that has turned round
-/// is past its end, which is an event: until that is located friction goes on as before, smoothly.
+/// Unit slip direction of a sliding contact with the tangential velocity `slip` (m/s). A reversed slip is
+/// past its end, which is an event. Until that is located, the stored direction is kept, so that friction
+/// stays smooth.
 template <class T>
 void slip_direction(const ContactMode& mode, const T (&slip)[2], T (&direction)[2]) {
   using std::sqrt;

@@ -1,5 +1,5 @@
-// Efforts (the paper's strains): what acts on the solids beside their weight and what holds the joints. A new
-// kind is one new header beside effort_force.hpp, and its name in the list below.
+// Efforts (the paper's strains): forces and torques on the solids other than weight and joint reactions. To
+// add a kind, write a header like effort_force.hpp and list its name below.
 #pragma once
 
 #include <string>
@@ -21,7 +21,7 @@ using EffortKind = std::variant<Force, Torque, PointSpring, TorsionSpring, Coord
                                 PdController, Drag, AngularDrag, OwnEffort>;
 
 struct Effort {
-  std::string name;  ///< unique among the scene's efforts; errors name it
+  std::string name;  ///< unique among the efforts of the scene; used in errors
   EffortKind kind;
   int line = 0;  ///< as Solid::line
 };

@@ -10,7 +10,7 @@ namespace borelli {
 template <class T>
 class EffortPass;
 
-/// The generalized effort -stiffness (q - rest) - damping dq/dt on a coordinate (N or N m). For a ball use a
+/// The generalised force -stiffness (q - rest) - damping dq/dt on a coordinate (N or N m). For a ball use a
 /// TorsionSpring between its solids.
 struct CoordinateSpring {
   static constexpr std::string_view kind = "coordinate_spring";

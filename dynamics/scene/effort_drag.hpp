@@ -1,4 +1,4 @@
-// What a medium at rest in the world does to a solid that moves through it.
+// Drag of a medium at rest in the world on a moving solid.
 #pragma once
 
 #include <string>
@@ -12,15 +12,15 @@ namespace borelli {
 template <class T>
 class EffortPass;
 
-/// Why the coefficients of a drag are none; empty: they are.
+/// Why the drag coefficients are invalid; empty: they are valid.
 inline std::string drag_complaint(double linear, double quadratic) {
   if (linear >= 0 && quadratic >= 0) return "";
   return "its coefficients linear and quadratic must not be negative";
 }
 
-/// The force -(linear + quadratic |v|) v at a point that moves at v in the world. In a fluid of density rho a
-/// body of frontal area S and drag coefficient C has quadratic = rho C S / 2; a sphere of radius r in a
-/// viscosity mu, creeping, has linear = 6 pi mu r (Stokes).
+/// The force -(linear + quadratic |v|) v at a point that moves at v in the world. A body of frontal area S
+/// and drag coefficient C in a fluid of density rho has quadratic = rho C S / 2. A sphere of radius r in
+/// creeping flow of viscosity mu has linear = 6 pi mu r (Stokes).
 struct Drag {
   static constexpr std::string_view kind = "drag";
   static constexpr bool leans_on_world = true;
@@ -48,7 +48,7 @@ struct Drag {
   }
 };
 
-/// The torque -(linear + quadratic |w|) w on a solid that turns at w in the world.
+/// The torque -(linear + quadratic |w|) w on a solid of angular velocity w in the world.
 struct AngularDrag {
   static constexpr std::string_view kind = "angular_drag";
   static constexpr bool leans_on_world = true;

@@ -1,4 +1,4 @@
-// A coordinate's stops as stiff springs with losses: joint limits without events.
+// Compliant joint limits: stiff springs with losses, without contact events.
 #pragma once
 
 #include <array>
@@ -15,24 +15,26 @@ namespace borelli {
 template <class T>
 class EffortPass;
 
-/// Beyond a bound by x, going further at the rate dx/dt, the coordinate is pushed back with
-/// stiffness x max(0, 1 + dissipation dx/dt) (N or N m): it begins at zero and never pulls (Hunt, Crossley,
-/// Coefficient of restitution interpreted as damping in vibroimpact, J. Appl. Mech. 42, 1975, with exponent
-/// 1). What meets a bound at the speed v leaves it at v (1 - 2/3 dissipation v + ...). The spring's part has
-/// the potential stiffness x^2 / 2.
+/// Beyond a bound by x, at the outward rate dx/dt, the coordinate is pushed back with stiffness x max(0, 1 +
+/// dissipation dx/dt) (N or N m). The force begins at zero and never pulls (Hunt, Crossley, Coefficient of
+/// restitution interpreted as damping in vibroimpact, J. Appl. Mech. 42, 1975, with exponent 1). A coordinate
+/// that reaches a bound at the speed v leaves it at v (1 - 2/3 dissipation v + ...). The elastic part has the
+/// potential stiffness x^2 / 2.
 ///
-/// Of a ball each component of its rotation vector theta has its bounds (see Switch::ranges); the efforts on
-/// the components become a torque by the transpose of the map from angular velocity to dtheta/dt. Half a
-/// turn, where theta jumps, must lie beyond the bounds.
+/// For a ball each component of its rotation vector theta has its bounds (see Switch::ranges). The transpose
+/// of the map from angular velocity to dtheta/dt turns the forces on the components into a torque. The bounds
+/// must exclude half a turn, where theta jumps.
 struct LimitSpring {
   static constexpr std::string_view kind = "limit_spring";
   AnyCoordinate on;
   double stiffness = 0;      ///< N/m or N m/rad
   double dissipation = 0;    ///< s/m or s/rad
-  std::vector<Range> range;  ///< one, or a ball's three; none: the coordinate's own (compile() fills them in)
+  std::vector<Range> range;  ///< one, or three for a ball; empty: those of the coordinate (compile() fills
+                             ///< them in)
 
-  /// Whether the upper and the lower bound of each range act, wherever the coordinate goes: as at the start
-  /// of a step, which passes them smoothly then (SpringEvents). None: as the coordinate is.
+  /// Per range, whether the upper and the lower spring act, wherever the coordinate goes. It keeps the state
+  /// of the start of a step, so that the step passes the bounds smoothly (SpringEvents). Empty: the position
+  /// decides.
   std::vector<std::array<bool, 2>> held{};
 
   template <class Self, class Visit>
@@ -51,7 +53,8 @@ struct LimitSpring {
     return "";
   }
 
-  /// Takes what is known of its coordinate: the number of its velocities and its ranges. Answers a complaint.
+  /// Completes and checks the ranges: `components` is the number of velocities of the coordinate, `own` are
+  /// its ranges. Returns a complaint; empty: none.
   std::string settle(int components, const std::vector<Range>& own) {
     if (range.empty()) range = own;
     if (range.empty()) return "has no range, and its coordinate has none; give one of them a range";

@@ -1,4 +1,4 @@
-// A user's own effort: any law of state and time, in C++.
+// A user-defined effort: any law of state and time, in C++.
 #pragma once
 
 #include <memory>
@@ -15,7 +15,7 @@ namespace borelli {
 template <class T>
 class EffortPass;
 
-/// What an OwnEffort does, over each scalar of the engine.
+/// The law of an OwnEffort, for each scalar type of the engine.
 class OwnLaw {
  public:
   virtual ~OwnLaw() = default;
@@ -23,9 +23,9 @@ class OwnLaw {
   virtual void apply(EffortPass<DualNumber>& pass) const = 0;
 };
 
-/// An effort by a class of the user's, which reads the motion of the solids and coordinates named here (by
-/// their numbers in these lists) and leaves forces, torques, its potential and its power in the scan
-/// (passes.hpp), like the kinds of the engine do. Written once over the scalar, it has exact derivatives:
+/// An effort by a user-defined class. It reads the motion of the solids and coordinates named here, by their
+/// indices in these lists. Like the built-in kinds, it adds forces, torques, potential and power to the pass
+/// (passes.hpp). Written once over the scalar type, it has exact derivatives:
 ///
 ///   struct Attraction {  // of a to b, strength / distance^2
 ///     double strength;
@@ -42,15 +42,15 @@ class OwnLaw {
 ///   };
 ///   scene.efforts.push_back({"pull", OwnEffort({{"a"}, {"b"}}, {}, Attraction{3})});
 ///
-/// What it does beside its potential belongs in pass.power(), W, or the certificate's energy balance is off
-/// and the run distrusted. No momentum is taken as conserved where it acts. It may throw: the run then ends
-/// with what it says. Called from several threads at once if the user runs several. Not written to scene
-/// files.
+/// Power beyond the change of its potential must go into pass.power(), W. Otherwise the energy balance of the
+/// certificate fails and the run is not trusted. No momentum counts as conserved where it acts. It may throw:
+/// the run then ends with that message. It is called from several threads at once if the user runs several.
+/// It cannot be written to scene files.
 struct OwnEffort {
   static constexpr std::string_view kind = "own";
   static constexpr bool is_code = true;
-  std::vector<SolidName> solids;           ///< sites 0, 1, ... of the scan
-  std::vector<AnyCoordinate> coordinates;  ///< coordinates 0, 1, ... of the scan
+  std::vector<SolidName> solids;           ///< sites 0, 1, ... of the pass
+  std::vector<AnyCoordinate> coordinates;  ///< coordinates 0, 1, ... of the pass
   std::shared_ptr<const OwnLaw> law;
 
   OwnEffort() = default;

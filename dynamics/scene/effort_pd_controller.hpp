@@ -1,4 +1,4 @@
-// A controller that draws a coordinate to where it should be: proportional and derivative gain.
+// A proportional-derivative controller that drives a coordinate to a target.
 #pragma once
 
 #include <array>
@@ -16,16 +16,16 @@ namespace borelli {
 template <class T>
 class EffortPass;
 
-/// On a scalar coordinate the effort kp (target - q) + kd (dtarget/dt - dq/dt). On a ball: with
-/// R = rotation(target) rotation(e), e the rotation vector (|e| <= pi, the ball's axes) by which it is off,
-/// the torque -kp e - kd (w - w_target); it jumps where e passes half a turn. kp's part has the potential
-/// kp e^2 / 2; what a moving target and kd do is work of efforts.
+/// On a scalar coordinate: the generalised force kp (target - q) + kd (dtarget/dt - dq/dt). On a ball: R =
+/// rotation(target) rotation(e), with e the rotation vector of the error (|e| <= pi, axes of the ball). The
+/// torque is -kp e - kd (w - w_target); it jumps where |e| passes pi. The kp part has the potential kp e^2 /
+/// 2. The work of a moving target and of kd counts as work of efforts.
 struct PdController {
   static constexpr std::string_view kind = "pd_controller";
   AnyCoordinate on;
   double kp = 0;                                  ///< N/m or N m/rad
   double kd = 0;                                  ///< N s/m or N m s/rad
-  std::vector<TimeFunction> target{constant(0)};  ///< m or rad; of a ball three: its rotation vector
+  std::vector<TimeFunction> target{constant(0)};  ///< m or rad; a ball has three: its rotation vector
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {

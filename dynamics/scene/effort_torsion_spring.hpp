@@ -1,4 +1,4 @@
-// A torsional spring and damper between the axes of two solids, or of a solid and the world.
+// A torsional spring and damper between the orientations of two solids, or of a solid and the world.
 #pragma once
 
 #include <string_view>
@@ -11,9 +11,9 @@ namespace borelli {
 template <class T>
 class EffortPass;
 
-/// With R_ba = rotation(rest) rotation(theta), theta the rotation vector (|theta| <= pi) by which a is turned
-/// from rest, the torque on a is -stiffness theta - damping (w_a - w_b), and its opposite on b. The spring's
-/// part has the potential stiffness |theta|^2 / 2; its torque turns round where |theta| passes pi (an event:
+/// R_ba = rotation(rest) rotation(theta), with theta the rotation vector (|theta| <= pi) of a from rest. The
+/// torque on a is -stiffness theta - damping (w_a - w_b), and its opposite acts on b. The elastic part has
+/// the potential stiffness |theta|^2 / 2. Its torque reverses where |theta| passes pi (an event:
 /// spring_events.hpp).
 struct TorsionSpring {
   static constexpr std::string_view kind = "torsion_spring";
@@ -31,7 +31,7 @@ struct TorsionSpring {
     visit("rest", self.rest);
   }
 
-  /// The turn from rest, of a in b, in a's axes.
+  /// The rotation of a in b from rest, in the axes of a, as a quaternion.
   template <class Reader>
   auto turned(const Reader& reader) const {
     enum { a_site, b_site };

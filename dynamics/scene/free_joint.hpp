@@ -1,4 +1,4 @@
-// The freedom of a solid in space as a sequence of switches.
+// The free joint of a solid, as a sequence of switches.
 #pragma once
 
 #include <string>
@@ -8,9 +8,9 @@
 
 namespace borelli {
 
-/// Three translations along the parent's axes, then a ball, starting at the pose X_PS: positions x, y, z (m)
-/// and the quaternion (w, x, y, z); velocities linear in the parent's axes, angular in the solid's own. Named
-/// <name>.x, .y, .z and <name>.turn.
+/// Three translations along the parent's axes, then a ball; they start at the pose X_PS. Positions: x, y, z
+/// (m) and the quaternion (w, x, y, z). Velocities: linear in the parent's axes (m/s), angular in the solid's
+/// own (rad/s). The coordinates are named <name>.x, .y, .z and <name>.turn.
 std::vector<Switch> free_joint(const std::string& name, const Pose& X_PS);
 
 }  // namespace borelli

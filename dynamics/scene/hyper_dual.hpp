@@ -1,6 +1,6 @@
-// A function's exact first and second derivatives from its own code, for FunctionConstraint: hyper-dual
-// numbers (Fike, Alonso, The Development of Hyper-Dual Numbers for Exact Second-Derivative Calculations,
-// AIAA 2011-886).
+// Exact first and second derivatives of a function from its own code, for FunctionConstraint: hyper-dual
+// numbers (Fike, Alonso, The Development of Hyper-Dual Numbers for Exact Second-Derivative Calculations, AIAA
+// 2011-886).
 #pragma once
 
 #include <cmath>
@@ -10,7 +10,7 @@
 
 namespace borelli {
 
-/// A value with its derivatives along two directions and the mixed one along both.
+/// A value with its derivatives along two directions and the mixed second derivative.
 struct HyperDual {
   double value = 0, d1 = 0, d2 = 0, d12 = 0;
 
@@ -36,11 +36,11 @@ struct HyperDual {
   HyperDual& operator*=(const HyperDual& b) { return *this = *this * b; }
   HyperDual& operator/=(const HyperDual& b) { return *this = *this / b; }
 
-  // by value
+  // Comparisons use the values alone.
   friend bool operator==(const HyperDual& a, const HyperDual& b) { return a.value == b.value; }
   friend auto operator<=>(const HyperDual& a, const HyperDual& b) { return a.value <=> b.value; }
 
-  /// f(value), with the first and second derivatives of f there.
+  /// Chain rule: value `f`, with `slope` and `curvature` the first and second derivatives of f at the value.
   HyperDual mapped(double f, double slope, double curvature) const {
     return {f, slope * d1, slope * d2, slope * d12 + curvature * d1 * d2};
   }
@@ -74,9 +74,9 @@ inline HyperDual atan(const HyperDual& x) {
 }
 inline HyperDual abs(const HyperDual& x) { return x.value < 0 ? -x : x; }
 
-/// A FunctionConstraint's function from h(t, x) alone: `h` takes the time and a std::vector, both of
-/// HyperDual, and returns a HyperDual. It is called once for each pair of its variables (time is one), so
-/// that for many a function with derivatives of one's own is faster.
+/// Makes the function of a FunctionConstraint from h(t, x) alone. `h` takes the time and a std::vector, both
+/// of HyperDual, and returns a HyperDual. It is called once for each pair of its variables (time is one).
+/// With many variables, a function with hand-written derivatives is faster.
 template <class Function>
 auto with_derivatives(Function h) {
   return [h](double t, const Eigen::VectorXd& x, FunctionDerivatives& out) {

@@ -1,4 +1,4 @@
-// A plane fixed in a solid or in the world: what points and forms stay on, or over.
+// A plane fixed in a solid or in the world, for constraints and contacts.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,13 +8,13 @@
 
 namespace borelli {
 
-/// Through the point `on`, in the solid that carries it; `normal` in that solid's axes, out of the matter
-/// where there is any, made unit by compile().
+/// The plane through the point `on`, fixed in the solid of that point. `normal` is in the axes of that solid;
+/// it points out of the material of a contact. compile() makes it unit.
 struct Plane {
   SolidPoint on;
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
 
-  /// Its fields stand among those of the constraint that it is part of.
+  /// In files its fields stand among those of the constraint that contains it.
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
     visit("plane", self.on);

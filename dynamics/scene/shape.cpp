@@ -59,7 +59,7 @@ Moments moments_of(const Cone& c) {
 Moments moments_of(const Capsule& c) {
   const double r = c.radius, l = c.length;
   const double tube = pi * r * r * l, caps = 4 * pi / 3 * r * r * r, volume = tube + caps;
-  // a half sphere's own centre lies 3/8 r above its base, which lies l/2 from the middle
+  // the centroid of a half sphere lies 3/8 r above its base, which lies l/2 from the middle
   const double across = (tube * r * r / 4 + caps * r * r / 5) / volume;
   const double along = (tube * l * l / 12 + caps * (r * r / 5 + l * l / 4 + 3 * l * r / 8)) / volume;
   return {volume, Vector3d::Zero(), Vector3d(across, across, along).asDiagonal()};
@@ -89,7 +89,7 @@ std::optional<Error> check_indices(const ClosedMesh& mesh) {
   return std::nullopt;
 }
 
-// Vertices at the very same point become one; triangles that shrink to a line by it are left out.
+// Merges vertices with equal coordinates and drops triangles that degenerate by it.
 ClosedMesh welded(const ClosedMesh& mesh) {
   ClosedMesh out;
   std::map<Vector3d, int, ByCoordinates> seen;
@@ -106,11 +106,11 @@ ClosedMesh welded(const ClosedMesh& mesh) {
   return out;
 }
 
-// Every edge must be run through as often one way as the other: then the triangles bound a solid, and
-// integrals over them do not depend on the inner point chosen.
+// Every edge must be traversed equally often in both directions. Then the triangles bound a solid, and
+// integrals over them do not depend on the inner point.
 std::optional<Error> check_closed(const ClosedMesh& mesh) {
   std::map<std::pair<int, int>, std::pair<int, int>>
-      runs;  // edge (low, high) -> times run up, times run down
+      runs;  // edge (low, high) -> times traversed up, times down
   for (const auto& t : mesh.triangles)
     for (int k = 0; k < 3; ++k) {
       const int a = t[k], b = t[(k + 1) % 3];
@@ -133,7 +133,7 @@ std::optional<Error> check_closed(const ClosedMesh& mesh) {
   return std::nullopt;
 }
 
-// The mesh's shells: for each triangle the number of its connected piece, from 0.
+// The shells of a mesh: for each triangle the number of its connected component, from 0.
 std::vector<int> shells(const ClosedMesh& mesh, int& count) {
   std::vector<int> root(mesh.vertices.size());
   std::iota(root.begin(), root.end(), 0);
@@ -150,8 +150,8 @@ std::vector<int> shells(const ClosedMesh& mesh, int& count) {
   return shell;
 }
 
-// How many times the triangles of all other shells wrap a point: the sum of their solid angles over 4 pi
-// (Van Oosterom & Strackee 1983, IEEE Trans Biomed Eng 30:125).
+// Winding number about p of all shells but `without`: the sum of the solid angles of their triangles over 4
+// pi (Van Oosterom & Strackee 1983, IEEE Trans Biomed Eng 30:125).
 double winding(const ClosedMesh& mesh, const std::vector<int>& shell, int without, const Vector3d& p) {
   double angle = 0;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -164,8 +164,8 @@ double winding(const ClosedMesh& mesh, const std::vector<int>& shell, int withou
   return angle / (4 * pi);
 }
 
-// Shells turned outwards lie outside of all others, shells turned inwards (cavities) inside of one; anything
-// else would count matter twice or less than not at all.
+// Shells oriented outwards must lie outside all others, shells oriented inwards (cavities) inside another.
+// Otherwise material would count twice or negatively.
 std::optional<Error> check_shells(const ClosedMesh& mesh, const Vector3d& inner) {
   int count = 0;
   const std::vector<int> shell = shells(mesh, count);
@@ -201,7 +201,7 @@ Result<Moments> moments_of(const ClosedMesh& raw) {
   if (mesh.triangles.empty()) return bad_use("mesh", "has no triangles that enclose a volume");
   if (auto error = check_closed(mesh)) return tl::unexpected(*error);
 
-  // an inner point near the middle keeps a solid far off the origin from losing digits
+  // an inner point near the middle avoids cancellation for a solid far from the origin
   Vector3d low = mesh.vertices[mesh.triangles[0][0]], high = low;
   for (const auto& t : mesh.triangles)
     for (const int v : t) {
@@ -223,7 +223,7 @@ Result<Moments> moments_of(const ClosedMesh& raw) {
     first += v / 4 * sum;
     second += v / 20 * (a * a.transpose() + b * b.transpose() + c * c.transpose() + sum * sum.transpose());
   }
-  // rounding of a flat mesh's volume stays far below this share of the cube around it
+  // rounding of the volume of a flat mesh stays far below this share of the cube around it
   const double around = std::pow((high - low).norm(), 3);
   if (!(m.volume > 1e-13 * around))
     return bad_use("mesh", fmt::format("encloses no volume (signed volume {:g} m^3)", m.volume));

@@ -1,7 +1,7 @@
-// Primitive shapes of even density and their inertial elements, so that a scene may say "a box of wood" where
-// it has no table. The paper calls these its homogeneous geometrical objects.
+// Homogeneous primitive shapes and their inertias, for scenes without measured ones. The paper calls them
+// homogeneous geometrical objects.
 //
-// Closed forms of the primitives; a mesh by exact polynomial integrals over the signed tetrahedra that its
+// Primitives use closed forms. A mesh uses exact polynomial integrals over the signed tetrahedra that its
 // triangles span with an inner point (Lien & Kajiya 1984, IEEE Computer Graphics and Applications 4(10):35).
 #pragma once
 
@@ -49,9 +49,9 @@ struct Capsule {
   double length = 0;  ///< of the cylinder without its caps, m
 };
 
-/// A solid bounded by triangles whose vertices turn counter-clockwise seen from outside. Vertices at the very
-/// same point count as one, so a triangle soup (STL) is as good as an indexed mesh (OBJ). Several shells and
-/// inner cavities are fine.
+/// A solid bounded by triangles, counter-clockwise seen from outside. Vertices with equal coordinates count
+/// as one, so a triangle soup (STL) works like an indexed mesh (OBJ). Several shells and inner cavities are
+/// allowed.
 struct ClosedMesh {
   std::vector<Eigen::Vector3d> vertices;      ///< #V points, m
   std::vector<std::array<int, 3>> triangles;  ///< #T indices into vertices, from 0
@@ -59,19 +59,20 @@ struct ClosedMesh {
 
 using Form = std::variant<Box, Sphere, Cylinder, Ellipsoid, Cone, Capsule, ClosedMesh>;
 
-/// A form and where it sits in its solid S: the form's frame F in S.
+/// A form and the pose of its frame F in its solid S.
 struct Shape {
   Form form;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();               ///< p_SF, m
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();  ///< R_SF, unit
 };
 
-/// Inertial elements of a shape filled with an even density (kg/m^3), in the solid's frame. Refuses sizes and
-/// densities that are not positive and finite, and meshes that are not closed, not turned outwards, or whose
-/// shells overlap; the error's `where` is the form's name. (A shell that crosses itself is not noticed.)
+/// Inertia of a shape filled with a homogeneous density (kg/m^3), in the frame of the solid. Errors: sizes or
+/// densities that are not positive and finite, a placement that is not finite or not unit, and meshes that
+/// are not closed, not oriented outwards, or whose shells overlap. `where` of the error names the form,
+/// "shape" (placement) or "density". (A shell that intersects itself is not detected.)
 Result<Inertial> inertial_of_density(const Shape& shape, double density);
 
-/// The same for a given whole mass (kg).
+/// The same for a given total mass (kg).
 Result<Inertial> inertial_of_mass(const Shape& shape, double mass);
 
 }  // namespace borelli

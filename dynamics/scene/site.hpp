@@ -1,4 +1,4 @@
-// How efforts and constraints name what they act on. compile() resolves the names once.
+// References by name from efforts and constraints to what they act on. compile() resolves them once.
 #pragma once
 
 #include <Eigen/Core>
@@ -7,7 +7,7 @@
 
 namespace borelli {
 
-/// The name of the fixed frame: the parent of root solids, and what springs and constraints may hold on to.
+/// The name of the fixed frame: the parent of root solids. Springs and constraints may attach to it.
 inline constexpr const char* world_name = "world";
 
 /// A point fixed in a solid, in the solid's frame, m.
@@ -16,7 +16,7 @@ struct SolidPoint {
   Eigen::Vector3d point = Eigen::Vector3d::Zero();
 };
 
-/// A whole solid (its axes).
+/// A solid as a whole: its frame.
 struct SolidName {
   std::string solid = world_name;
 };
@@ -31,22 +31,22 @@ struct AnyCoordinate {
   std::string coordinate;
 };
 
-/// Kinds of efforts and constraints that are a user's C++: no file can hold them.
+/// Kinds of efforts and constraints with user C++: no file can hold them.
 template <class Kind>
 concept IsCode = requires {
   Kind::is_code;
 };
 
-/// Kinds that may push against the world though they name no place there.
+/// Kinds that may act between a solid and the world without naming a point of the world.
 template <class Kind>
 concept LeansOnWorld = IsCode<Kind> || requires {
   Kind::leans_on_world;
 };
 
-/// Whether a vector of this name is a direction: its length says nothing, and compile() makes it unit.
+/// Whether a vector of this name is a direction: its length does not matter, and compile() makes it unit.
 inline bool is_direction(std::string_view field) { return field == "normal" || field.starts_with("axis"); }
 
-/// Whose axes a vector's components are along.
+/// The axes in which the components of a vector are given.
 enum class Axes { world, solid };
 
 }  // namespace borelli

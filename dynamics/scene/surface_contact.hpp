@@ -1,5 +1,5 @@
-// The rows of one meeting of two solids: of forms that touch (a sphere or point over a plane, two capsules or
-// spheres), and of forms that roll. For constraint kinds' `evaluate`.
+// The rows of a contact between two solids, for `evaluate` of constraint kinds: unilateral (sphere or point
+// over a plane, two capsules or spheres) and rolling.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -14,7 +14,7 @@ namespace borelli {
 template <class T>
 class ConstraintPass;
 
-/// A unit vector across n: that of x, or of y where n lies along x.
+/// A unit vector normal to the unit vector n: the projection of x, or of y if n lies along x.
 template <class T>
 Eigen::Vector3<T> across(const Eigen::Vector3<T>& n) {
   using std::sqrt;
@@ -24,17 +24,17 @@ Eigen::Vector3<T> across(const Eigen::Vector3<T>& n) {
   return t / sqrt(t.squaredNorm());
 }
 
-/// Where solid a meets solid b: the point, which moves with `p_rate` over both, and how far off each other
-/// they are.
+/// The contact point of solids a and b, its own velocity `p_rate` (it moves over both), and the gap. World
+/// axes, m, m/s.
 template <class T>
 struct Meeting {
   Eigen::Vector3<T> p, p_rate;
   T gap = T(0);  ///< m
 };
 
-/// Row r and those behind it: the velocities along the columns of t of solid a over solid b where they meet.
-/// The second derivative of what it moves holds, beside the accelerations of the solids' own points there,
-/// that the point wanders over them. The first row's value is the gap, if it is one.
+/// Rows r to r + N - 1: the velocity of solid a over solid b at the contact point, along the columns of t.
+/// Their bias includes that the contact point moves over the solids. `value` is the residual of the first
+/// row: its gap, if it has one.
 template <class T, int N>
 void slip_rows(ConstraintPass<T>& pass, int r, int a, int b, const Meeting<T>& at,
                const Eigen::Matrix<T, 3, N>& t, const Eigen::Matrix<T, 3, N>& t_rate, const T& value = T(0)) {
@@ -55,15 +55,15 @@ void slip_rows(ConstraintPass<T>& pass, int r, int a, int b, const Meeting<T>& a
     pass.residual(r + c, c == 0 ? value : T(0), T(0), t.col(c).dot(wanders) + t_rate.col(c).dot(v));
 }
 
-/// One such row.
+/// A single row of slip_rows().
 template <class T>
 void slip_row(ConstraintPass<T>& pass, int r, int a, int b, const Meeting<T>& at, const Eigen::Vector3<T>& t,
               const Eigen::Vector3<T>& t_rate, const T& value = T(0)) {
   slip_rows<T, 1>(pass, r, a, b, at, t, t_rate, value);
 }
 
-/// Rows r, r + 1, r + 2 of a form of solid a that meets a plane of solid b: the gap, and the velocities along
-/// two directions across. Without `held` the latter alone, as rows r and r + 1.
+/// Rows r, r + 1, r + 2 of a form of solid a that touches a plane of solid b: the gap, and the velocities
+/// along two tangents. Without `held` only the tangential rows, as r and r + 1.
 template <class T>
 void rows_on_plane(ConstraintPass<T>& pass, int r, int a, const Meeting<T>& at, int b, const Plane& plane,
                    bool held = true) {
@@ -88,8 +88,8 @@ void rows_on_plane(ConstraintPass<T>& pass, int r, int a, const Meeting<T>& at, 
     slip_rows<T, 2>(pass, r, a, b, at, axes.template rightCols<2>(), rates.template rightCols<2>());
 }
 
-/// Where a sphere of solid a is nearest to a plane of solid b; the gap is n . (c - on) - radius. How it moves
-/// is found for scans of rows.
+/// The point of a sphere of solid a nearest to a plane of solid b; the gap is n . (c - on) - radius. Its
+/// velocity is computed only for passes with the detail `rows`.
 template <class T>
 Meeting<T> sphere_on_plane(const ConstraintPass<T>& pass, int a, const Eigen::Vector3d& centre, double radius,
                            int b, const Plane& plane) {
@@ -108,11 +108,11 @@ void sphere_over_plane(ConstraintPass<T>& pass, int r, int a, const Eigen::Vecto
   rows_on_plane<T>(pass, r, a, sphere_on_plane(pass, a, centre, radius, b, plane), b, plane);
 }
 
-/// The radii of two forms that keep off each other, m.
+/// The radii of two spheres or capsules in contact, m.
 struct Radii {
   double a = 0.1, b = 0.1;
 
-  /// Their fields stand among those of the constraint that they are part of.
+  /// In files their fields stand among those of the constraint that contains them.
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
     visit("radius_a", self.a);
@@ -124,16 +124,16 @@ struct Radii {
   }
 };
 
-/// A segment with a thickness: a capsule; of length 0 a sphere.
+/// A segment with a radius: a capsule, or a sphere if its length is 0.
 struct ThickSegment {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit
-  double length = 0, radius = 0;                    ///< m, without the caps
+  double length = 0, radius = 0;                    ///< m; length without the caps
 };
 
-/// Rows r, r + 1, r + 2: two capsules keep off each other. The distance of two segments is the least over the
-/// points s, t of both; its second derivative takes in that the nearest points move along (c^T K^-1 c, with K
-/// the second derivatives of |d|^2 / 2 by s and t, and c its mixed ones by them and time).
+/// Rows r, r + 1, r + 2: contact of two capsules. The distance is the minimum over the parameters s, t of the
+/// two segments. Its second derivative includes the motion of the nearest points (c^T K^-1 c, with K the
+/// second derivatives of |d|^2 / 2 by s and t, and c its mixed ones by them and time).
 template <class T>
 void capsule_over_capsule(ConstraintPass<T>& pass, int r, int a, const ThickSegment& A, int b,
                           const ThickSegment& B) {
@@ -149,7 +149,7 @@ void capsule_over_capsule(ConstraintPass<T>& pass, int r, int a, const ThickSegm
     return free ? x : T(value_of(x) < 0 ? -half : half);
   };
   const double ha = A.length / 2, hb = B.length / 2;
-  // of parallel ones no pair of points is nearest: that at a's middle is taken
+  // parallel segments have no unique nearest points: take those at the middle of a
   const bool parallel = value_of(K) < 1e-12;
   bool free_a = false, free_b = false;
   T s = parallel ? T(0) : clamped((cosine * db - da) / K, ha, free_a);
@@ -199,7 +199,8 @@ void capsule_over_capsule(ConstraintPass<T>& pass, int r, int a, const ThickSegm
   pass.along(r, a, xa, n);
   pass.along(r, b, xb, -n);
   pass.residual(r, gap, T(0), bias);
-  // axes across are chosen anew at each place: how they turn matters to a slip alone, which they only measure
+  // The tangents are chosen anew at each place. Their rates are taken as zero: they matter only to a slip,
+  // and while it slips these rows only measure.
   Eigen::Matrix<T, 3, 2> tangents;
   tangents << e, n.cross(e);
   slip_rows<T, 2>(pass, r + 1, a, b, at, tangents, Eigen::Matrix<T, 3, 2>::Zero());

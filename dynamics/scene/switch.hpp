@@ -1,11 +1,11 @@
-// A switch (the paper's elementary reference frame switching): one fixed or one-parameter motion of a frame.
-// A joint is a sequence of switches.
+// A switch (the paper's elementary reference frame switching): one elementary motion or fixed displacement of
+// a frame. A joint is a sequence of switches.
 //
-// A new kind of switch is one new file beside switch_rotation.hpp, and its name in the list below. It gives
-// its name in files (`kind`), the number of its positions and velocities (`nq`, `nv`), whether a position is
-// an angle, whether its twists turn or slide, its fields, and `advance`, which moves a frame on and says what
-// unit velocity does to it. (One whose three unit twists are the turns about its own axes may say that it
-// `turns_freely`: then its accelerations cost less.)
+// To add a kind, write a file like switch_rotation.hpp and list its name below. The kind gives its name in
+// files (`kind`), the numbers of its positions and velocities (`nq`, `nv`), its fields, and `advance`, which
+// moves a frame and gives the unit twists. `rotates` and `slides` say whether its unit twists have an angular
+// and a linear part. (A kind whose three unit twists are rotations about its own axes may declare
+// `turns_freely`: its accelerations are then cheaper.)
 #pragma once
 
 #include <string>
@@ -24,35 +24,35 @@ namespace borelli {
 
 using SwitchKind = std::variant<Fixed, Translation, Rotation, Screw, Ball>;
 
-/// The coordinate is an unknown of the motion.
+/// The coordinate is an unknown of the equations of motion.
 struct Free {};
 
-/// The coordinate is given as a function of time (the paper's coordinate 0): one function for a translation
-/// (m) or a rotation (rad); three for a ball, the components (rad) of the rotation vector that turns the
-/// initial orientation, in its own axes.
+/// The coordinate is a given function of time (the paper's coordinate 0). A translation (m) or a rotation
+/// (rad) has one function. A ball has three: the components (rad) of the rotation vector from its initial
+/// orientation, in its own axes.
 struct Driven {
   std::vector<TimeFunction> functions;
 };
 
-/// The coordinate stays at its initial value; compile() folds it away.
+/// The coordinate stays at its initial value; compile() merges it into the placements.
 struct Locked {};
 
-/// The scalar coordinate is a function of another scalar one of the scene (a gear with an offset, the slides
-/// of a knee with its flexion): a free coordinate, and the `coordinate_function` that compile() adds to hold
-/// it.
+/// The scalar coordinate is a function of another scalar coordinate of the scene (offset gear, translations
+/// of a knee with its flexion). compile() makes it free and adds a `coordinate_function` that enforces it.
 struct Coupled {
   std::string to;         ///< the other coordinate's name
-  TimeFunction function;  ///< of it: m or rad
+  TimeFunction function;  ///< of the other coordinate, m or rad
 };
 
 using Motion = std::variant<Free, Driven, Locked, Coupled>;
 
-/// Where a component of a free coordinate is allowed to be, m or rad. A start outside is refused; a motion
+/// The allowed range of a component of a free coordinate, m or rad. A start outside is an error. A motion
 /// that leaves it is noted in the certificate (ranges are not enforced).
 struct Range {
   double lower = 0, upper = 0;
 
-  /// With room for the rounding of a start on a bound (a ball's goes through its quaternion): 1e-9 m or rad.
+  /// Allows 1e-9 m or rad for the rounding of a start on a bound (that of a ball passes through its
+  /// quaternion).
   bool holds(double x) const { return x >= lower - 1e-9 && x <= upper + 1e-9; }
 };
 
@@ -62,17 +62,17 @@ struct Switch {
   Motion motion = Free{};
   std::vector<double> q;  ///< initial position (nq numbers); empty: zero, or the identity quaternion
   std::vector<double> v;  ///< initial velocity (nv numbers); empty: zero. Free coordinates only
-  /// None, or nv of them: a scalar coordinate's one, or a ball's three, of the components of its rotation
-  /// vector in its own axes (logarithm of its quaternion, at most pi long: where a ball passes half a turn,
-  /// its rotation vector jumps to the other side).
+  /// Empty, or nv of them: one for a scalar coordinate, three for the components of the rotation vector of a
+  /// ball, in its own axes. The rotation vector is the logarithm of the quaternion, of length at most pi.
+  /// Where a ball passes half a turn, it jumps to the opposite side.
   std::vector<Range> ranges;
-  /// Inertia of what turns (or slides) with the coordinate and is no solid, such as a motor's rotor: kg m^2,
-  /// or kg; of a ball about each axis. See armature.hpp.
+  /// Inertia of parts that move with the coordinate but belong to no solid, such as a motor's rotor: kg m^2,
+  /// or kg for a translation; for a ball about each axis. See armature.hpp.
   double armature = 0;
 };
 
-/// What the i-th range of a coordinate with `nq` positions q speaks of: q itself, or a component of a ball's
-/// rotation vector.
+/// The value that the i-th range limits, of a coordinate with `nq` positions q: q itself, or a component of
+/// the rotation vector of a ball.
 inline double ranged_value(const double* q, int nq, int i) {
   return nq == 4 ? logarithm(Quaternion(q[0], q[1], q[2], q[3]))[i] : q[i];
 }

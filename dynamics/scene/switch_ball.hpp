@@ -14,12 +14,12 @@ struct Ball {
   static constexpr int nq = 4, nv = 3;
   static constexpr bool rotates = true;
   static constexpr bool slides = false;
-  static constexpr bool turns_freely = true;  ///< no turn is beyond it, and its twists are along B's axes
+  static constexpr bool turns_freely = true;  ///< reaches every rotation, by twists along the axes of B
 
   template <class Self, class Visit>
   static void fields(Self&, Visit&&) {}
 
-  /// Moves the frame X_WA on to X_WB. The unit twists are the turns about B's axes.
+  /// Moves the frame X from X_WA to X_WB. The unit twists, in W, are rotations about the axes of B.
   template <class T>
   void advance(const T* q, PoseOf<T>& X, Eigen::Vector3<T>* angular, Eigen::Vector3<T>* linear) const {
     X.R = X.R * rotation_matrix(QuaternionOf<T>(q[0], q[1], q[2], q[3]));

@@ -10,7 +10,7 @@ namespace borelli {
 /// X_AB = (rotation by q about axis, 0). q in rad, right-handed; v = dq/dt. The axis is the same in A and B.
 template <class S>
 struct RotationOf {
-  template <class Other>  // with numbers over another scalar (articulated_side.hpp)
+  template <class Other>  // the same kind over another scalar type (articulated_side.hpp)
   using Over = RotationOf<Other>;
   static constexpr std::string_view kind = "rotation";
   static constexpr int nq = 1, nv = 1;
@@ -23,7 +23,8 @@ struct RotationOf {
     visit("axis", self.axis);
   }
 
-  /// Moves the frame X_WA on to X_WB. The unit twist of the coordinate in W, at B's origin, which rests.
+  /// Moves the frame X from X_WA to X_WB. Gives the unit twist of the coordinate in W, at the origin of B,
+  /// which is at rest.
   template <class T>
   void advance(const T* q, PoseOf<T>& X, Eigen::Vector3<T>* angular, Eigen::Vector3<T>* linear) const {
     angular[0] = X.R * axis;

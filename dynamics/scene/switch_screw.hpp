@@ -1,4 +1,4 @@
-// The screw switch (helical): a turn about a fixed axis that moves along it too.
+// The screw switch (helical): a rotation about a fixed axis with a proportional translation along it.
 #pragma once
 
 #include <string_view>
@@ -11,7 +11,7 @@ namespace borelli {
 /// in A and B. A pitch of zero is a rotation.
 template <class S>
 struct ScrewOf {
-  template <class Other>  // with numbers over another scalar (articulated_side.hpp)
+  template <class Other>  // the same kind over another scalar type (articulated_side.hpp)
   using Over = ScrewOf<Other>;
   static constexpr std::string_view kind = "screw";
   static constexpr int nq = 1, nv = 1;
@@ -26,7 +26,7 @@ struct ScrewOf {
     visit("pitch", self.pitch);
   }
 
-  /// Moves the frame X_WA on to X_WB. The unit twist of the coordinate in W, at B's origin.
+  /// Moves the frame X from X_WA to X_WB. Gives the unit twist of the coordinate in W, at the origin of B.
   template <class T>
   void advance(const T* q, PoseOf<T>& X, Eigen::Vector3<T>* angular, Eigen::Vector3<T>* linear) const {
     angular[0] = X.R * axis;

@@ -10,7 +10,7 @@ namespace borelli {
 /// X_AB = (identity, q axis). q in m; v = dq/dt. The axis is the same in A and B.
 template <class S>
 struct TranslationOf {
-  template <class Other>  // with numbers over another scalar (articulated_side.hpp)
+  template <class Other>  // the same kind over another scalar type (articulated_side.hpp)
   using Over = TranslationOf<Other>;
   static constexpr std::string_view kind = "translation";
   static constexpr int nq = 1, nv = 1;
@@ -23,7 +23,8 @@ struct TranslationOf {
     visit("axis", self.axis);
   }
 
-  /// Moves the frame X_WA on to X_WB. The unit twist of the coordinate in W, at B's origin: no rotation.
+  /// Moves the frame X from X_WA to X_WB. Gives the unit twist of the coordinate in W, at the origin of B: no
+  /// rotation.
   template <class T>
   void advance(const T* q, PoseOf<T>& X, Eigen::Vector3<T>* angular, Eigen::Vector3<T>* linear) const {
     linear[0] = X.R * axis;

@@ -110,7 +110,7 @@ Result<void> ActionSites::add_efforts() {
 
 namespace {
 
-/// Lists the contacts of the constraint added last.
+/// Adds the contacts of the constraint added last.
 void add_contacts(int rows, int contact_rows, System& system) {
   const std::string& name = system.constraint_names.back();
   for (int first = 0; first < rows; first += contact_rows) {
@@ -122,7 +122,7 @@ void add_contacts(int rows, int contact_rows, System& system) {
   }
 }
 
-/// Makes directions unit.
+/// Normalises directions.
 struct Normaliser {
   void operator()(std::string_view field, Eigen::Vector3d& x) const {
     if (is_direction(field)) x.normalize();

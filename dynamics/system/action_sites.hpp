@@ -1,4 +1,4 @@
-// What efforts and constraints act on: the solids and coordinates that their fields name, looked up once.
+// Resolves, once, the solids and coordinates that the fields of efforts and constraints name.
 #pragma once
 
 #include <map>
@@ -9,9 +9,9 @@
 
 namespace borelli {
 
-/// What compile knows of a coordinate by its name.
+/// What compile() knows of a named coordinate.
 struct KnownCoordinate {
-  int step = -1;  ///< -1: locked
+  int step = -1;  ///< index in System::steps; -1: locked
   int nq = 0;
   double value = 0;                         ///< of a locked scalar
   Quaternion turn = identity_quaternion();  ///< of a locked ball
@@ -19,20 +19,20 @@ struct KnownCoordinate {
   std::vector<Range> ranges;
 };
 
-/// Lays out the efforts and constraints of a scene whose solids are laid out.
+/// Lays out the efforts and constraints of a scene. Its solids must be laid out already.
 class ActionSites {
  public:
-  /// `solids`: their numbers by name. All three must outlive this.
+  /// `solids`: their indices by name. All arguments must outlive this object.
   ActionSites(const Scene& scene, const std::map<std::string, int>& solids,
               const std::map<std::string, KnownCoordinate>& coordinates, System& system)
       : scene_(scene), solids_(solids), coordinates_(coordinates), system_(system) {}
 
-  /// Each fails with the name of the effort or constraint: one that is used twice or not there, a solid or
-  /// coordinate that is not there, a number that is not finite or that its kind complains of.
+  /// Adds all efforts, or all constraints, to the system. Errors name the effort or constraint: a missing or
+  /// duplicate name, an unknown solid or coordinate, a number that is not finite, or a complaint of its kind.
   Result<void> add_efforts();
   Result<void> add_constraints();
 
-  /// The farthest point from its solid's origin that any of them names, m.
+  /// The largest distance of a named point from the origin of its solid, m.
   double farthest() const { return farthest_; }
 
  private:

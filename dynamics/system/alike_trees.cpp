@@ -9,24 +9,25 @@ namespace borelli {
 
 namespace {
 
-/// What a computation on four bodies costs, beside one on one.
+/// Cost of a computation on four bodies side by side, relative to that on one.
 constexpr double cost_of_four = 1.4;
 
-/// Depth of subtrees up to which the cost of opening them is computed; bounds the recursion.
+/// Depth up to which the cost of splitting subtrees is computed; bounds the recursion.
 constexpr int deepest_opened = 1000;
 
-/// The subtrees of a scene, sorted into forms.
+/// The subtrees of a scene, classified by structure (form).
 class Forms {
  public:
   explicit Forms(const System& system);
 
   int count() const { return int(forms_.size()); }
-  const std::vector<int>& children(int body) const { return children_[body]; }  ///< alike ones together
+  const std::vector<int>& children(int body) const { return children_[body]; }  ///< equal forms adjacent
   int form(int body) const { return of_[body]; }
   int size(int form) const { return forms_[form].size; }
   bool apart(int form) const { return forms_[form].apart; }
 
-  /// The least cost of that many subtrees of one form, and whether it takes them side by side as a whole.
+  /// The least cost of `many` subtrees of one form. whole() says whether that takes them side by side as a
+  /// whole.
   double cost(int form, int many, int depth = 0) const {
     const double together = cost_together(form, many);
     return depth > deepest_opened ? together : std::min(together, cost_opened(form, many, depth));
@@ -36,7 +37,7 @@ class Forms {
  private:
   struct Form {
     int size = 1;                          ///< bodies
-    bool apart = false;                    ///< holds what is not computed side by side
+    bool apart = false;                    ///< contains bodies that cannot be computed side by side
     std::vector<std::pair<int, int>> has;  ///< forms of its children, and how many of each
   };
 
@@ -86,7 +87,7 @@ Forms::Forms(const System& system) : of_(system.bodies.size(), -1), children_(sy
   }
 }
 
-/// The subtrees from these roots on, side by side.
+/// Lays the subtrees of these roots side by side.
 AlikeTrees side_by_side(const Forms& forms, const std::vector<int>& roots) {
   AlikeTrees trees;
   trees.count = int(roots.size());
@@ -128,7 +129,7 @@ std::vector<AlikeTrees> find_alike_trees(const System& system) {
   std::vector<char> taken(system.bodies.size(), false);
   for (int form : by_size) {
     if (forms.apart(form)) continue;
-    // what begins at the world is not computed as what is carried
+    // subtrees on the world are computed differently from carried ones
     for (const bool at_world : {true, false}) {
       std::vector<int> roots;
       for (int b : members[form])

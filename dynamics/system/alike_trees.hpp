@@ -1,5 +1,5 @@
-// Subtrees of one form: the limbs of a body, the bars of a rack. What is computed of each is the same, with
-// other numbers, so that they may be computed side by side (articulated_side.hpp).
+// Subtrees of equal structure, such as the limbs of a body. Each needs the same computation with other
+// numbers, so they can be evaluated side by side (articulated_side.hpp).
 #pragma once
 
 #include <array>
@@ -11,21 +11,20 @@ namespace borelli {
 
 struct System;
 
-/// As many subtrees as there are lanes, or fewer; no body is in two of them, and what carries them is in
+/// Up to Quad::count subtrees of equal structure. They share no body, and the body that carries them is in
 /// none.
 struct AlikeTrees {
   using Each = std::array<int, Quad::count>;
-  int count = 0;             ///< how many there are; lanes beyond repeat the first
-  std::vector<Each> bodies;  ///< of each tree one, with the same place in it; a parent before its children
-  std::vector<int> parents;  ///< which of `bodies` carries them; -1: what carries the trees
+  int count = 0;             ///< number of subtrees; unused lanes repeat the first
+  std::vector<Each> bodies;  ///< corresponding bodies, one per lane; parents before their children
+  std::vector<int> parents;  ///< index in `bodies` of their parents; -1: the body that carries the trees
 };
 
-/// Whether the parent of body b is the world, or is welded to it directly or through other bodies
-/// (Welds::kept).
+/// Whether the parent of body b is the world, directly or through welded bodies (Welds::kept).
 bool begins_at_world(const System& system, int b);
 
-/// Those of a scene, without drives and without what is welded (Welds::kept), chosen so that the fewest
-/// computations are left.
+/// Finds the alike trees of a scene that minimise the cost of computation. Subtrees with driven coordinates
+/// or welded bodies (Welds::kept) are left out.
 std::vector<AlikeTrees> find_alike_trees(const System& system);
 
 }  // namespace borelli

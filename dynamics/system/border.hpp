@@ -1,4 +1,5 @@
-// Turns exceptions into Errors at the engine's border: a user's function may throw, memory may run out.
+// Converts exceptions into Errors at the engine's public interface: a user's function may throw, memory may
+// run out.
 #pragma once
 
 #include <fmt/core.h>
@@ -13,9 +14,8 @@
 
 namespace borelli {
 
-/// Checks `bytes` against the memory limit (process/memory.hpp) if they are 64 MB or more. A check takes as
-/// long as one evaluation of a small scene, so that small amounts are not checked. `what()` names the
-/// purpose.
+/// Checks `bytes` against the memory limit (process/memory.hpp) if they are 64 MB or more. A check costs as
+/// much as one evaluation of a small scene, so smaller amounts are not checked. `what()` gives the purpose.
 template <class What>
 Result<void> admit_large(const System& system, double bytes, What&& what) {
   constexpr double large = 64e6;
@@ -23,7 +23,8 @@ Result<void> admit_large(const System& system, double bytes, What&& what) {
   return admit_memory(system.scene, what(), bytes);
 }
 
-/// Runs `work`, which returns a Result. Errors: its own, no memory, what a user's function threw.
+/// Runs `work`, which returns a Result. Errors: those of `work`, lack of memory, and exceptions of user
+/// functions.
 template <class Work>
 auto at_border(const System& system, Work&& work) -> decltype(work()) {
   const auto no_memory = [&] {

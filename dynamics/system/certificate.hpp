@@ -1,4 +1,4 @@
-// What a simulation says about its own worth. Part of every trajectory.
+// A simulation's assessment of its own reliability. Part of every trajectory.
 #pragma once
 
 #include <limits>
@@ -9,16 +9,16 @@ namespace borelli {
 
 struct Certificate;
 
-/// One line on what a trusted certificate vouches for: conservation always, the state only where an accuracy
-/// was asked for.
+/// One line on what a trusted certificate guarantees: conservation always, the state only if an accuracy was
+/// asked for.
 std::string vouches_for(const Certificate& certificate);
 
-/// A quantity that the scene conserves (a component of momentum), and how well the run kept it.
+/// A quantity that the scene conserves (a component of momentum), and its drift in the run.
 struct Conserved {
-  std::string name;  ///< what and of which solids, e.g. "angular momentum about the axis of 's1'"
+  std::string name;  ///< quantity and solids, e.g. "angular momentum about the axis of 's1'"
   double drift = 0;  ///< largest change since the start, in the quantity's units
-  double scale = 0;  ///< what the drift is measured against
-  double time = 0;   ///< s, when it was largest
+  double scale = 0;  ///< reference for the drift
+  double time = 0;   ///< s, of the largest drift
 
   template <class Keeper>
   void keep(Keeper& k) {
@@ -26,13 +26,13 @@ struct Conserved {
   }
 };
 
-/// The worst residual of one constraint over the run.
+/// The largest residuals of one constraint in the run.
 struct ConstraintResidual {
   std::string constraint;
   double position = 0;  ///< |h|, the row's unit
   double velocity = 0;  ///< |dh/dt|
   double position_time = 0, velocity_time = 0;
-  /// |L a + E|: of rows that are dependent at a singular position, and what Baumgarte restores
+  /// |L a + E|: of rows that are dependent at a singular position, and of rows under Baumgarte stabilisation
   double acceleration = 0, acceleration_time = 0;
 
   template <class Keeper>
@@ -41,17 +41,21 @@ struct ConstraintResidual {
   }
 };
 
-/// Something that happened at a moment of the run.
+/// An event at one time of the run.
 struct LoggedEvent {
   double time = 0;  ///< s
-  /// "range_left", "range_entered"; "stop_reached", "stop_left" (a limit spring's bound), "stop_slack",
-  /// "stop_taut" (beyond it: what it holds retreats too fast to be pushed, and no more); "half_turn" (of a
-  /// torsion spring); "impact", "contact_closed", "contact_opened", "stick", "slip"; "rank_fell",
-  /// "rank_regained" (a singular position of the constraints); or the word of a user's own EventSource
+  /// - "range_left", "range_entered": the range of a coordinate.
+  /// - "stop_reached", "stop_left": the bound of a limit spring.
+  /// - "stop_slack", "stop_taut": beyond the bound, the spring ceases to push because the coordinate retreats
+  ///   too fast, or pushes again.
+  /// - "half_turn": of a torsion spring.
+  /// - "impact", "contact_closed", "contact_opened", "stick", "slip": contacts.
+  /// - "rank_fell", "rank_regained": a singular position of the constraints.
+  /// - The kind given by a user-defined EventSource.
   std::string kind;
   std::string name;        ///< what it happened to, e.g. "coordinate 'knee' above 2.4"
-  double impulse = 0;      ///< N s or N m s: of an impact, along its normal
-  double energy_lost = 0;  ///< J: of an impact
+  double impulse = 0;      ///< of an impact: normal impulse, N s or N m s
+  double energy_lost = 0;  ///< of an impact: lost energy, J
 
   template <class Keeper>
   void keep(Keeper& k) {
@@ -61,75 +65,76 @@ struct LoggedEvent {
 
 struct Certificate {
   bool trusted = false;
-  std::string reason;                                             ///< why not; empty when trusted
-  double reason_time = std::numeric_limits<double>::quiet_NaN();  ///< s, when that was first so
+  std::string reason;                                             ///< why not trusted; empty if trusted
+  double reason_time = std::numeric_limits<double>::quiet_NaN();  ///< s, when the reason first applied
 
   std::string method;     ///< the integrator's name
   std::string equations;  ///< which were solved: "recursive" or "lagrange"
 
-  /// Energy balance: kinetic + potential - work done on the system, against its start. The work is that of
-  /// forces and torques, dampers, driven coordinates, moving constraints, Baumgarte and projection.
-  double energy_drift = 0;       ///< largest, J
+  /// Energy balance: kinetic + potential - work done on the system, relative to its start. The work is that
+  /// of forces and torques, dampers, driven coordinates, moving constraints, Baumgarte, projection and
+  /// events.
+  double energy_drift = 0;       ///< largest deviation, J
   double energy_drift_time = 0;  ///< s
-  double energy_turnover = 0;   ///< J: what passed between kinetic, potential and work; the drift's yardstick
+  double energy_turnover = 0;  ///< J: energy exchanged between kinetic, potential and work; the reference for
+                               ///< the drift
   double energy_threshold = 0;  ///< the largest drift / turnover that is trusted
 
   double work_efforts = 0;      ///< J at the end: forces, torques, dampers
   double work_drives = 0;       ///< J at the end: driven coordinates
   double work_constraints = 0;  ///< J at the end: constraints that move in time
   double work_baumgarte = 0;    ///< J at the end: restoring accelerations
-  double work_projection = 0;   ///< J at the end: projections; their sizes are summed in the next
+  double work_projection = 0;   ///< J at the end: projections; the next member sums their magnitudes
   double work_projection_size = 0;
   double work_events =
-      0;  ///< J at the end: changes of velocity at events; their sizes are summed in the next
+      0;  ///< J at the end: changes of velocity at events; the next member sums their magnitudes
   double work_events_size = 0;
 
-  int contacts = 0;        ///< places where the scene's solids may touch
-  long impacts = 0;        ///< how often they met with a speed
-  double impact_loss = 0;  ///< J: lost in them altogether (a part of work_events)
-  /// J: the most that contacts within steps (moreau) gave an independent group or took from it beside what
-  /// their laws say. It is booked as work, so the balance does not show it; it is judged by the same
-  /// threshold.
+  int contacts = 0;        ///< number of possible contact points
+  long impacts = 0;        ///< number of impacts
+  double impact_loss = 0;  ///< J: total loss in impacts (a part of work_events)
+  /// J: the largest energy that contacts within steps (moreau) added to or took from an independent group
+  /// beyond their contact laws. It counts as work, so the balance does not show it. The same threshold
+  /// applies to it.
   double contact_error = 0;
 
-  /// What putting the initial state on the constraints changed: the coordinate most moved (lengths against
-  /// the scene's size, angles against 1 rad), by how much (m or rad, m/s or rad/s), and its name; empty:
-  /// none.
+  /// The largest change by assembly, which projects the initial state onto the constraints: in m or rad, m/s
+  /// or rad/s, and the name of the coordinate (empty: none). Lengths are compared relative to the size of the
+  /// scene, angles to 1 rad.
   double assembly_position = 0, assembly_velocity = 0;
   std::string assembly_position_coordinate, assembly_velocity_coordinate;
 
   std::vector<Conserved> conserved;
   std::vector<ConstraintResidual> residuals;     ///< one per constraint
   int constraint_rows = 0, constraint_rank = 0;  ///< at the start
-  /// How near rows that are independent came to dependence (sine of an angle; 1: no rows), and when; how
-  /// often the run passed a singular position, where they are dependent, and by how much the line of the
-  /// velocities turned there at most, rad.
+  /// The least distance of independent rows from dependence (sine of an angle; 1: no rows), and its time, s.
+  /// Then the number of passages of singular positions, where rows are dependent, and the largest turn of the
+  /// direction of the velocities there, rad.
   double nearness = 1, nearness_time = 0;
   int singular_passages = 0;
   double singular_turn = 0;
-  std::vector<std::string> redundant;  ///< rows that depend on others; the multipliers are the least ones
+  std::vector<std::string> redundant;  ///< dependent rows; the multipliers are those of minimum norm
 
   long steps_accepted = 0, steps_rejected = 0;
-  long evaluations = 0;                              ///< of the equations, those of projections included
+  long evaluations = 0;  ///< of the equations of motion, those for projections included
   double smallest_step = 0, smallest_step_time = 0;  ///< s
 
-  /// Of steps of one length: by what part of a step one was off, at most, from where the rates at its ends
-  /// lead (step_watch.hpp), when (s), and of which coordinate. Empty: steps were not looked at.
+  /// Fixed steps: the largest deviation of a step from the motion that the rates at its ends predict
+  /// (step_watch.hpp), as a fraction of the step; its time, s; its coordinate. Empty: not checked.
   double step_defect = 0, step_defect_time = 0;
   std::string step_defect_coordinate;
 
-  double accuracy = 0;         ///< that was asked for; 0: none was
-  double estimated_error = 0;  ///< of the run, where accuracy was asked for (see accuracy.hpp)
-  /// The time, s, up to which the state is known to the accuracy. NaN: no accuracy was asked for.
+  double accuracy = 0;         ///< the accuracy asked for; 0: none
+  double estimated_error = 0;  ///< of the run, if an accuracy was asked for (see accuracy.hpp)
+  /// s, the time up to which the state is known to the accuracy. NaN: no accuracy was asked for.
   double known_until = std::numeric_limits<double>::quiet_NaN();
-  /// s, when an explicit method found the scene stiff: its steps bounded by stability, not by accuracy. NaN:
-  /// never.
+  /// s, when an explicit method found the scene stiff: stability limits its steps, not accuracy. NaN: never.
   double stiff_from = std::numeric_limits<double>::quiet_NaN();
 
   std::vector<LoggedEvent> events;  ///< in order of time
   std::vector<std::string> notes;   ///< e.g. a coordinate that left its range, and when
 
-  /// All that is filled in while a run goes on (keeper.hpp).
+  /// Saves and restores the members filled in during a run (keeper.hpp).
   template <class Keeper>
   void keep(Keeper& k) {
     k(trusted, reason, reason_time, stiff_from, impacts, impact_loss, conserved, residuals, constraint_rank,

@@ -1,5 +1,5 @@
-// compile(): from the scene that a user wrote to the flat System that the engine runs on. Every name is
-// resolved and every number checked here, once, so that nothing after it need look at a string.
+// compile(): converts the user's scene to the flat System that the engine runs on. It resolves every name and
+// checks every number, once, so that later code needs no strings.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -80,7 +80,7 @@ class Compiler {
 
   // ---- switches ----
 
-  /// Moves the frame X on through a switch that stays at q.
+  /// Moves the frame X through a switch that stays at q.
   static void move_on(const SwitchKind& kind, const std::vector<double>& q, Pose& X) {
     std::visit(
         [&]<class Kind>(const Kind& k) {
@@ -90,8 +90,8 @@ class Compiler {
         kind);
   }
 
-  /// Adds a moving switch as a step, behind the placement X, which then starts anew; or takes one that does
-  /// not move into X.
+  /// Adds a moving switch as a step behind the placement X, and resets X. A switch that does not move is
+  /// merged into X.
   Result<void> add_switch(const Solid& solid, const Switch& one, const std::string& name, Pose& X) {
     const std::string where =
         scene_.where(solid) + (name.empty() ? "" : fmt::format(", coordinate '{}'", name));
@@ -171,7 +171,8 @@ class Compiler {
 
   /// Each free coordinate must move some mass.
   Result<void> check_mass_moved() {
-    std::vector<char> massive(system_.bodies.size(), 0);  // the body or one that it carries
+    std::vector<char> massive(system_.bodies.size(), 0);  // whether the body or one that it carries has
+                                                          // inertia
     for (std::size_t b = system_.bodies.size() - 1; b > 0; --b) {
       if (system_.bodies[b].massive) massive[b] = 1;
       if (massive[b]) massive[system_.bodies[b].parent] = 1;
@@ -191,7 +192,7 @@ class Compiler {
 
   // ---- the rest ----
 
-  /// The scene's size: the largest distance that it names.
+  /// The size of the scene: the largest distance in its data.
   void measure_length(double farthest) {
     double length = farthest;
     for (const Placement& placement : system_.parameters.placements)

@@ -25,7 +25,7 @@ double Branches::bytes(const System& system) {
   double numbers = 0;
   for (const Body& body : system.bodies) {
     numbers += body.support_count;
-    // its own coordinates have those before them as ancestors
+    // each own coordinate has all those before it as ancestors
     const int own = body.support_count - system.bodies[body.parent].support_count;
     if (&body != system.bodies.data()) numbers += double(own) * body.support_count;
   }
@@ -37,8 +37,8 @@ namespace {
 Branches branches_of(const System& system) {
   Branches out;
   out.support.reserve(std::size_t(system.bodies.back().first_support + system.bodies.back().support_count));
-  std::vector<int> parent(system.nv, -1);                // of each free coordinate, the free one before it
-  std::vector<int> last_free(system.bodies.size(), -1);  // of each body's chain
+  std::vector<int> parent(system.nv, -1);                // per free coordinate, the free one before it
+  std::vector<int> last_free(system.bodies.size(), -1);  // per body, the last free one on its chain
   for (std::size_t b = 1; b < system.bodies.size(); ++b) {
     const Body& body = system.bodies[b];
     const Body& carrier = system.bodies[body.parent];

@@ -1,12 +1,12 @@
-// Where each coordinate stands in the engine's arrays, and how many each body depends on.
+// The layout of coordinates in the arrays of the engine, and the size of the support of each body.
 #pragma once
 
 #include "dynamics/system/system.hpp"
 
 namespace borelli {
 
-/// Puts the driven coordinates behind the free ones, and counts the bodies' supports. (Which coordinates they
-/// are is laid out later: Branches.)
+/// Puts the driven coordinates behind the free ones, and counts the support of each body. (Branches lists the
+/// supports later.)
 void lay_out_coordinates(System& system);
 
 }  // namespace borelli

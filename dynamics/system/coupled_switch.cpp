@@ -48,11 +48,11 @@ class Couplings {
   struct Known {
     const Solid* solid;
     const Switch* one;
-    std::optional<Start> start = {};  ///< once it has been asked for
+    std::optional<Start> start = {};  ///< set when first asked for
   };
 
-  /// The start of a known coordinate: follows its couplings to the last one, then evaluates them back. (A
-  /// loop, since chains of couplings may be long.)
+  /// The start of a known coordinate: follows its couplings to the last one, then evaluates them in reverse.
+  /// (A loop, since chains of couplings may be long.)
   Result<Start> start_of(const std::string& name) {
     std::vector<std::string> way{name};
     while (const Coupled* coupled = coupling_of(way.back())) {

@@ -1,4 +1,4 @@
-// Switches whose coordinate is a function of another one, as compile() takes them.
+// Replaces coupled switches by free ones with constraints, for compile().
 #pragma once
 
 #include "dynamics/scene/scene.hpp"
@@ -6,9 +6,9 @@
 
 namespace borelli {
 
-/// The scene with each Coupled switch made free, starting where its function says, and a
-/// `coordinate_function` that holds it there. Fails with its place: a ball, a start of its own, another
-/// coordinate that is not there, is no scalar, or comes back to this one.
+/// The scene with each Coupled switch made free, starting at the value of its function, and a
+/// `coordinate_function` that enforces it. Errors, with the place of the switch: a ball, a start of its own,
+/// and another coordinate that does not exist, is not scalar, or is coupled back to this one.
 Result<Scene> without_coupled_switches(const Scene& scene);
 
 }  // namespace borelli

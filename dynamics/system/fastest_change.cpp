@@ -12,7 +12,7 @@ namespace borelli {
 
 namespace {
 
-/// Keeps the shortest period of the functions that it is given.
+/// Finds the shortest period of the given functions.
 struct Search {
   double span;
   bool tables;

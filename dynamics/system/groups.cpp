@@ -9,7 +9,7 @@ namespace borelli {
 
 namespace {
 
-/// The body that each extended velocity component moves first.
+/// Per extended velocity component, the first body that it moves.
 std::vector<int> velocity_bodies(const System& system) {
   std::vector<int> bodies(system.size(), 0);
   for (std::size_t b = 1; b < system.bodies.size(); ++b) {
@@ -31,13 +31,13 @@ std::vector<int> bodies_of(const System& system, const Action& action,
   return bodies;
 }
 
-/// Takes in the points and lengths that an effort or constraint names.
+/// Collects the points and lengths that an effort or constraint names.
 struct FieldLengths {
   const System& system;
   const Action& action;
   std::vector<double>& bodies;
   int site = 0;
-  double own = 0;  ///< the distance that is kept
+  double own = 0;  ///< the distance that the constraint keeps
 
   void operator()(std::string_view, const SolidPoint& at) {
     const Site& s = system.sites[action.first_site + site++];
@@ -71,7 +71,7 @@ double take_lengths(const System& system, const Action& action, const Kind& kind
   return fields.own;
 }
 
-/// What the tree itself says of each body's length.
+/// The length of each body from the tree alone: offsets and inertia.
 std::vector<double> body_lengths(const System& system) {
   std::vector<double> lengths(system.bodies.size(), 0);
   for (std::size_t b = 1; b < system.bodies.size(); ++b) {
@@ -134,7 +134,7 @@ void find_lengths(System& system) {
     return length > 0 ? length : groups[group] > 0 ? groups[group] : 1;
   };
 
-  std::vector<double> carried = bodies;  // the largest of a body and those behind it
+  std::vector<double> carried = bodies;  // the largest of a body and its descendants
   for (std::size_t b = bodies.size(); --b > 0;)
     carried[system.bodies[b].parent] = std::max(carried[system.bodies[b].parent], carried[b]);
   const std::vector<int> velocity_body = velocity_bodies(system);

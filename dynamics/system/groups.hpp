@@ -1,5 +1,5 @@
-// Which parts of a scene are independent of each other, and the lengths that are theirs: what their motion
-// and residuals are measured against, so that neither a heavier nor a larger neighbour hides what goes wrong.
+// Independent groups of a scene and their characteristic lengths. Motion and residuals are compared with
+// these lengths, so that a heavier or larger neighbour cannot hide an error.
 #pragma once
 
 #include "dynamics/system/system.hpp"
@@ -9,12 +9,14 @@ namespace borelli {
 /// Fills in the groups of bodies, efforts, constraints and velocities.
 void find_groups(System& system);
 
-/// Fills in velocity_scale and row_scale. A body's own length is the largest of its inertia's extent, of the
-/// points that efforts and constraints touch on it, of its solids' offsets, and of its offset from its parent
-/// (from the world only what lies behind its first switch: where a tree stands says nothing of its size). A
-/// coordinate is measured by the largest of what it carries, a row by the largest of what it ties and the
-/// distance that it keeps; where these are points, by the largest of the group, or 1 m. Solids that are
-/// welded to the world do not count.
+/// Fills in velocity_scale and row_scale, m (1 for angles).
+/// - The length of a body is the largest of the extent of its inertia, the points of efforts and constraints
+///   on it, the offsets of its solids, and its offset from its parent. From the world only offsets behind its
+///   first switch count: where a tree stands says nothing of its size.
+/// - The scale of a coordinate is the largest length of the bodies it carries.
+/// - The scale of a row is the largest length of the bodies it ties, or the distance that it keeps.
+/// - Where these lengths are zero, the largest of the group counts, or 1 m. Solids welded to the world do not
+///   count.
 void find_lengths(System& system);
 
 }  // namespace borelli

@@ -25,13 +25,13 @@ Knots::Knots(const System& system, const Parameters& parameters) {
 double Knots::after(double t) const {
   double first = std::numeric_limits<double>::infinity();
   for (const Places& table : tables_) {
-    // no sooner than times can be told apart
+    // the earliest time that differs from t beyond rounding
     const double least =
         t + 16 * std::numeric_limits<double>::epsilon() * std::max(std::abs(t), table.period);
     const double round =
         table.period > 0 ? table.period * std::floor((least - table.times.front()) / table.period) : 0;
     auto at = std::upper_bound(table.times.begin(), table.times.end(), least - round);
-    // (rounding may have put it on the end of a round)
+    // (otherwise rounding put it at the end of a period)
     if (at != table.times.end())
       first = std::min(first, *at + round);
     else if (table.period > 0)

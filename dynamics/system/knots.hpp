@@ -1,6 +1,6 @@
-// The times at which adaptive steps end for the sake of a scene's tables: where the pieces of a spline meet,
-// since its third derivative jumps there, which the estimates of errors of higher order do not see; and
-// halfway between, since the work done is read between steps, too, and of a whole piece that would be coarse.
+// The times at which adaptive steps end because of the tables of a scene. At a knot the third derivative of a
+// spline jumps, which error estimates of higher order do not see. Steps also end halfway between knots: the
+// work done is also evaluated between steps, and over a whole piece that would be coarse.
 #pragma once
 
 #include <vector>
@@ -11,18 +11,18 @@ namespace borelli {
 
 class Knots {
  public:
-  /// Of all functions of time of drives, efforts and constraints.
+  /// Collects the knots of all functions of time of drives, efforts and constraints.
   Knots(const System& system, const Parameters& parameters);
 
-  /// The first of them after time t, s; infinity: none.
+  /// The first of these times after t, s; infinity: none.
   double after(double t) const;
-  /// At most so many from `start` to `end`.
+  /// An upper bound of their number from `start` to `end`.
   double count(double start, double end) const;
 
  private:
   struct Places {
     std::vector<double> times;
-    double period = 0;  ///< s, after which they come again; 0: they do not
+    double period = 0;  ///< s, of repetition; 0: not periodic
   };
   std::vector<Places> tables_;
 };

@@ -26,7 +26,7 @@ Result<SolidOrder> order_solids(const Scene& scene) {
   enum class Mark : char { none, on_the_way, placed };
   std::vector<Mark> marks(scene.solids.size(), Mark::none);
   for (std::size_t start = 0; start < scene.solids.size(); ++start) {
-    std::vector<int> way;  // from the solid up to one that is placed
+    std::vector<int> way;  // the path from the solid up to a placed one
     for (int i = static_cast<int>(start); marks[i] != Mark::placed;) {
       const Solid& solid = scene.solids[i];
       if (marks[i] == Mark::on_the_way)

@@ -1,4 +1,4 @@
-// The solids of a scene in the order that it is compiled in: parents before their children.
+// The order in which the solids of a scene are compiled: parents before their children.
 #pragma once
 
 #include <map>
@@ -11,15 +11,15 @@
 namespace borelli {
 
 struct SolidOrder {
-  std::map<std::string, int> number;  ///< of each solid in Scene::solids, by its name
-  std::vector<int> order;             ///< those numbers, parents before children, else the scene's own order
+  std::map<std::string, int> number;  ///< index in Scene::solids, by name
+  std::vector<int> order;  ///< these indices, parents before children, otherwise in the scene's order
 };
 
-/// Fails, with the solid's name, where one has none, or the world's, or another's, where its parent is not
-/// there, and where parents run in a circle.
+/// Errors name the solid: an empty name, the name of the world, a duplicate name, an unknown parent, a cycle
+/// of parents.
 Result<SolidOrder> order_solids(const Scene& scene);
 
-/// The names that may stand for a solid, for errors: "world, pelvis, thigh".
+/// The names of all solids, for errors: "world, pelvis, thigh".
 std::string solid_list(const Scene& scene);
 
 }  // namespace borelli

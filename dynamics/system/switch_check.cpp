@@ -14,7 +14,7 @@ Result<void> check_finite(const std::vector<double>& numbers, const std::string&
   return {};
 }
 
-/// Looks for a number of a switch's kind that is not finite.
+/// Finds a number of a switch's kind that is not finite.
 struct NotFinite {
   std::string found;
   void operator()(std::string_view field, double x) {
@@ -24,7 +24,7 @@ struct NotFinite {
   void operator()(std::string_view, const T&) {}
 };
 
-/// Makes an axis unit, and checks the numbers.
+/// Normalises the axis and checks the numbers.
 Result<void> normalise(SwitchKind& kind, const std::string& where) {
   return std::visit(
       [&](auto& k) -> Result<void> {

@@ -1,9 +1,9 @@
-// A compiled scene. The structure is flat and immutable; the numbers in it (Parameters) stand apart, so that
-// a sweep or an optimisation changes them without compiling again.
+// A compiled scene. The structure is flat and immutable. Its numbers (Parameters) are separate, so that a
+// sweep or an optimisation changes them without compiling again.
 //
 // Moving switches are numbered in the order of the tree as `steps`; each has its coordinates, free or driven.
-// The engine's extended velocity u holds the free velocities v first, then the rates of the driven
-// coordinates: so the paper's coordinate 0, time, is carried as the driven coordinates whose rates it sets.
+// The extended velocity u holds the free velocities v first, then the rates of the driven coordinates. These
+// rates represent the paper's coordinate 0, time.
 #pragma once
 
 #include <atomic>
@@ -26,7 +26,7 @@ struct State {
   Eigen::VectorXd v;  ///< nv
 };
 
-/// A constant placement, with what is neutral in it known beforehand.
+/// A constant pose, marked if it is the identity or a pure translation, to save work.
 struct Placement {
   enum class Form { identity, shift, general };
   Pose X;
@@ -49,46 +49,46 @@ inline Eigen::Vector3d operator*(const Placement& X_AB, const Eigen::Vector3d& p
   return X_AB.form == Placement::Form::identity ? p_B : X_AB.X * p_B;
 }
 
-/// A driven switch's functions and, for a ball, the orientation that they turn.
+/// The functions of a driven switch and, for a ball, the initial orientation that they rotate.
 struct Drive {
   std::vector<TimeFunction> functions;
   Quaternion initial = identity_quaternion();
 };
 
-/// The numbers of a compiled scene. Any of them may be changed in a copy, but not their count.
+/// The numbers of a compiled scene. A copy may change any of them, but not their count.
 struct Parameters {
   Eigen::Vector3d gravity{0, 0, -9.81};  ///< m/s^2, world
-  std::vector<Placement> placements;     ///< per step: from the frame before it to its own first frame
-  std::vector<SwitchKind> kinds;         ///< per step: axes, made unit
+  std::vector<Placement> placements;     ///< per step: pose of its first frame in the frame before it
+  std::vector<SwitchKind> kinds;         ///< per step; unit axes
   std::vector<double> armatures;         ///< per step, kg m^2 or kg
   std::vector<Drive> drives;             ///< per driven step
   std::vector<Inertial> inertials;       ///< per body, in the body's frame
-  std::vector<Placement> solid_places;   ///< X_BS per solid: where it sits in its body
+  std::vector<Placement> solid_places;   ///< per solid: X_BS, its pose in its body
   std::vector<Effort> efforts;
   std::vector<Constraint> constraints;
 };
 
 /// A moving switch.
 struct SwitchStep {
-  int q = 0, u = 0;                      ///< where its positions and velocities begin in the extended arrays
-  int nq = 0, nv = 0;                    ///< how many
-  int drive = -1;                        ///< its number among the drives; -1: free
+  int q = 0, u = 0;    ///< first index of its positions and velocities in the extended arrays
+  int nq = 0, nv = 0;  ///< their numbers
+  int drive = -1;      ///< index among the drives; -1: free
   bool rotates = false, slides = false;  ///< whether its unit twists have an angular, a linear part
 };
 
-/// Solids that move as one. Body 0 is the world, with all that is welded to it.
+/// A rigid body: solids welded together. Body 0 is the world, with all that is welded to it.
 struct Body {
-  int parent = 0;                      ///< a smaller number
+  int parent = 0;                      ///< index of the parent body, smaller than its own
   int first_step = 0, step_count = 0;  ///< the switches from the parent to this body's frame B
-  std::ptrdiff_t first_support = 0;    ///< where its coordinates begin in Branches::support
-  int support_count = 0;               ///< how many they are
-  std::vector<int> solids;             ///< which solids of the scene are merged in it
+  std::ptrdiff_t first_support = 0;    ///< index of its first coordinate in Branches::support
+  int support_count = 0;               ///< number of coordinates that it depends on
+  std::vector<int> solids;             ///< indices of the solids of the scene merged in it
   bool massive = false;                ///< has inertia
   bool touched = false;                ///< something acts on it: inertia, effort or constraint
   int group = 0;                       ///< which independent group it belongs to (System::groups)
 };
 
-/// What an effort or constraint acts on: a solid in its body.
+/// A solid, in its body, that an effort or constraint acts on.
 struct Site {
   int body = -1,
       solid = -1;  ///< -1, -1: an optional site that is not given; solid -1 of body 0: the world itself
@@ -96,9 +96,9 @@ struct Site {
 
 /// A coordinate of an effort or constraint.
 struct CoordinateSite {
-  int q = -1, u = -1;                       ///< where it begins in the extended arrays; -1: locked
-  double value = 0;                         ///< where a scalar is locked
-  Quaternion turn = identity_quaternion();  ///< where a ball is locked
+  int q = -1, u = -1;                       ///< first indices in the extended arrays; -1: locked
+  double value = 0;                         ///< of a locked scalar
+  Quaternion turn = identity_quaternion();  ///< of a locked ball
 };
 
 /// The sites of one effort or constraint, in the order of its fields: ranges of System::sites and
@@ -107,17 +107,16 @@ struct Action {
   int first_site = 0, site_count = 0;
   int first_coordinate = 0, coordinate_count = 0;
   int first_row = 0, row_count = 0;
-  int group = 0;  ///< of the bodies and coordinates that it acts on
+  int group = 0;  ///< group of the bodies and coordinates that it acts on
 };
 
 struct System;
 
-/// Which coordinates precede which along the tree. For a chain its memory grows with the square of the
-/// length.
+/// The supports: which coordinates move which bodies. Memory grows with the square of the length of a chain.
 struct Branches {
   std::vector<int> support;  ///< per body, the coordinates (u indices) that it depends on, root first
-  /// Per free coordinate, the free ones before it on its chain, root first, and where its list begins (nv + 1
-  /// offsets): the branches along which the mass matrix has entries.
+  /// Per free coordinate, the free ones before it on its chain, root first: the nonzero entries of the mass
+  /// matrix. first_ancestor holds the nv + 1 offsets of these lists.
   std::vector<int> ancestors;
   std::vector<std::ptrdiff_t> first_ancestor;
 
@@ -149,13 +148,13 @@ struct System {
   int nq = 0, nv = 0;                ///< free positions and velocities
   int driven_nq = 0, driven_nv = 0;  ///< driven ones
   int rows = 0;                      ///< of all constraints
-  double length = 1;                 ///< m, the scene's size: what rounding is compared with
-  /// Independent groups: trees, joined where an effort or constraint acts on several. No energy passes
-  /// between them. At least one; the world, and what acts on it alone, count to the first.
+  double length = 1;                 ///< m, the size of the scene; reference for rounding
+  /// Number of independent groups: trees, joined where an effort or constraint acts on several. No energy
+  /// passes between groups. At least one; the world, and what acts on it alone, count to the first.
   int groups = 1;
   std::vector<SwitchStep> steps;
   std::vector<Body> bodies;
-  std::vector<AlikeTrees> alike_trees;  ///< find_alike_trees
+  std::vector<AlikeTrees> alike_trees;  ///< from find_alike_trees()
   BranchesOnDemand branches_on_demand;
   const Branches& branches() const { return branches_on_demand.of(*this); }
   std::vector<Site> sites;
@@ -164,20 +163,20 @@ struct System {
   std::vector<Contact> contacts;  ///< of the unilateral constraints, in the order of their rows
 
   std::vector<std::string> solids;          ///< names, in the scene's order
-  std::vector<int> solid_bodies;            ///< the body of each
+  std::vector<int> solid_bodies;            ///< the body of each solid
   std::vector<CoordinateInfo> coordinates;  ///< free ones
-  std::vector<CoordinateInfo> driven;       ///< driven ones; indices count from their own start
+  std::vector<CoordinateInfo> driven;       ///< driven ones; indices start at 0
   std::vector<std::string> row_names;       ///< of constraint rows
   std::vector<int> velocity_groups;         ///< the group of each extended velocity component
-  std::vector<double> velocity_scale;  ///< per free velocity component: what its coordinate is compared with
-                                       ///< (and its rate, per second): a length of what it moves, or 1 rad
-  std::vector<double> row_scale;  ///< what a row's residual is compared with: a length of what it ties, or 1
-  std::vector<int> row_constraint;   ///< the constraint of each row
-  std::vector<char> kinematic_rows;  ///< per row: whether it holds velocities and has no position (Kinematic)
+  std::vector<double> velocity_scale;  ///< per free velocity component: scale of its coordinate, and of its
+                                       ///< rate per second: a length of what it moves, m, or 1 rad
+  std::vector<double> row_scale;       ///< scale of the residual of a row: a length of what it ties, m, or 1
+  std::vector<int> row_constraint;     ///< the constraint of each row
+  std::vector<char> kinematic_rows;    ///< per row: whether it constrains velocities only (Kinematic)
   std::vector<std::string> constraint_names;
-  std::string file;  ///< that the scene was read from; empty: none
+  std::string file;  ///< source file of the scene; empty: none
   struct LimitedCoordinate {
-    int coordinate;             ///< in `coordinates`
+    int coordinate;             ///< index in `coordinates`
     std::vector<Range> ranges;  ///< one per velocity component
   };
   std::vector<LimitedCoordinate> ranges;
@@ -188,8 +187,8 @@ struct System {
 
   int size() const { return nv + driven_nv; }  ///< of the extended velocity
   bool has_kinematic_rows() const;
-  int bilateral_rows() const;  ///< how many rows are no contact's
-  /// What an error about a constraint row begins with: its place in the scene's file, and its name.
+  int bilateral_rows() const;  ///< number of rows that are not contacts
+  /// The prefix of an error about a constraint row: its place in the file of the scene, and its name.
   std::string row_place(int row) const;
   /// The solids that a constraint ties, for a sentence: "'a' and 'b'".
   std::string tied_solids(int constraint) const;
@@ -200,15 +199,15 @@ struct System {
   std::vector<std::string> velocity_names() const;  ///< of all free ones
 };
 
-/// What becomes of solids without motion of their own.
+/// How solids welded to their parents are compiled.
 enum class Welds {
-  merged,  ///< they are one body with their parents
-  kept     ///< each is a body, so that what goes through the weld can be told (reaction.hpp)
+  merged,  ///< one body with the parent
+  kept     ///< a body of its own, so that the load through the weld can be computed (reaction.hpp)
 };
 
-/// Checks a scene and lays it out flat: solids without motion of their own are merged into their parents,
-/// locked coordinates folded, each body's support computed. Fails with the name of the solid, coordinate,
-/// effort or constraint that is wrong.
+/// Checks a scene and compiles it to a flat System: merges welded solids into their parents, folds locked
+/// coordinates, computes the support of each body. Errors name the wrong solid, coordinate, effort or
+/// constraint.
 Result<System> compile(const Scene& scene, Welds welds = Welds::merged);
 
 }  // namespace borelli

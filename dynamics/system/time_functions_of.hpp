@@ -1,4 +1,4 @@
-// Goes over the functions of time that a scene prescribes.
+// Visits the functions of time that a scene prescribes.
 #pragma once
 
 #include <fmt/format.h>
@@ -9,7 +9,7 @@
 
 namespace borelli {
 
-/// Calls take(name of what it moves, function) for each of a kind's fields that is a function of time.
+/// Calls take(name of what it moves, function) for each field of a kind that is a function of time.
 template <class Take>
 struct TimeFunctionFields {
   const std::string& name;
@@ -24,13 +24,13 @@ struct TimeFunctionFields {
 
   template <class Kind>
   void of(const Kind& kind) {
-    if constexpr (!std::is_same_v<Kind, CoordinateFunction>)  // no function of time
+    if constexpr (!std::is_same_v<Kind, CoordinateFunction>)  // a function of a coordinate, not of time
       kind.fields(kind, *this);
   }
 };
 
-/// Those of all drives, efforts and constraints, named like "effort 'push'". What a user's own C++ does in
-/// time is not known.
+/// Visits the functions of all drives, efforts and constraints, named like "effort 'push'". Changes in time
+/// inside user C++ are unknown.
 template <class Take>
 void each_time_function(const System& system, const Parameters& parameters, Take&& take) {
   for (std::size_t d = 0; d < parameters.drives.size(); ++d) {

@@ -98,7 +98,7 @@ Result<std::string> compare_volumes(const std::array<PartFinding, parts.size()>&
   std::size_t compared = 0;
   std::vector<std::string> differ;
   for (std::size_t n = 1; n < parts.size(); ++n) {
-    // a map of some segments has groups for parts, or leaves parts out
+    // a map of requested segments has groups instead of parts, or lacks parts
     const auto it = std::ranges::find(labels.names, parts[n].name);
     if (it == labels.names.end()) continue;
     const double told = findings[n].volume,
@@ -197,7 +197,7 @@ Result<std::string> compare_joints(const Landmarks& landmarks, const LabelMap& l
     const Vector3d middle = g.index(joint->second.point), spacing = g.spacing();
     std::array<std::int64_t, 3> low{}, high{};
     for (int c = 0; c < 3; ++c) {
-      // on a sheared grid the box is too small by the shear; scans' are slight
+      // on a sheared grid the box is too small by the shear, which is slight in scans
       const auto s = static_cast<std::size_t>(c);
       low[s] = std::max<std::int64_t>(0, static_cast<std::int64_t>(std::ceil(middle[c] - far / spacing[c])));
       high[s] = std::min(g.size[s] - 1, static_cast<std::int64_t>(std::floor(middle[c] + far / spacing[c])));

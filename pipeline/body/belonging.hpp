@@ -1,5 +1,5 @@
-// Whether labels, landmarks and findings are those of the scan: files of two bodies, or of one that was
-// moved, give a table all the same, and nothing in it looks wrong.
+// Checks whether labels, landmarks and findings belong to the scan. Files of two bodies, or of a body that
+// was moved, also give a table, and nothing in that table looks wrong.
 #pragma once
 
 #include <array>
@@ -16,50 +16,52 @@
 
 namespace borelli {
 
-/// What of a label map lies in the air around the body, and what of the body has no label. Lungs and gut are
-/// of the body (body_mask.hpp); so is a voxel at the skin that holds a fifth of tissue.
+/// How much of a label map lies in the air around the body, and how much of the body has no label. Lungs and
+/// gut belong to the body (body_mask.hpp), and so does a voxel at the skin that is one fifth tissue.
 struct LabelsInAir {
-  std::array<double, 256> share{};           ///< of each label's voxels, 0 to 1
-  double all = 0;                            ///< of all labelled voxels
-  double bare = 0;                           ///< what of the body in view has no label, of the body
-  std::vector<std::size_t> doubtful, wrong;  ///< labels over doubtful_in_air, over wrong_in_air
+  std::array<double, 256> share{};           ///< share of each label's voxels in air, 0 to 1
+  double all = 0;                            ///< share of all labelled voxels in air, 0 to 1
+  double bare = 0;                           ///< share of the body in view that has no label, 0 to 1
+  std::vector<std::size_t> doubtful, wrong;  ///< labels above doubtful_in_air and wrong_in_air
 };
 
-/// Of sound maps (25 drawn bodies at 2 to 8 mm by their own labels and by ours, the ICRP male by ours and by
-/// its organs, three real scans) the worst part has .001 in air. Of one body's map that was moved by 3 mm
-/// sideways the worst part, a hand, has .12 and the whole .02; by 30 mm .9 and .2.
+/// Limits on the share in air. The worst part of a sound map has 0.001 in air (25 drawn bodies at 2 to 8 mm,
+/// the ICRP male, three real scans). In a map shifted sideways by 3 mm the worst part, a hand, has 0.12 and
+/// the whole map 0.02; shifted by 30 mm, 0.9 and 0.2.
 inline constexpr double doubtful_in_air = 0.02, wrong_in_air = 0.1;
 
-/// A label's name, or its number in words where it has none.
+/// A label's name; if it has none, its number in words.
 std::string name_of_label(const LabelMap& labels, std::size_t label);
 
-/// Both lie on one grid; CT numbers or densities (of MR, as read_mr estimates them).
+/// `volume` and `labels` lie on one grid. `volume` holds CT numbers or densities (MR: as read_mr estimates
+/// them).
 LabelsInAir labels_in_air(const GreyVolume& volume, const LabelMap& labels, int threads = 0);
 
-/// A sentence for labels over the limit; empty where there is none.
+/// A sentence on the labels above the limit; "" if there are none.
 std::string in_words(const LabelsInAir& air, const LabelMap& labels);
 
-/// Of somebody else's classes, on any grid: where bone or lung is among them, whether they lie where the scan
-/// shows their tissues (class_fit.hpp); else what lies in air, of those that are flesh.
+/// Judges another program's classes, on any grid. If bone or lung is among them, checks whether they lie
+/// where the scan shows those tissues (class_fit.hpp); otherwise checks how much of the flesh lies in air.
+/// Answers a sentence, or "".
 std::string doubt_of_classes(const GreyVolume& volume, const ClassLabels& classes, int threads = 0);
 
-/// Findings and label map of one segmentation agree in each part's volume. Error: in most they do not.
-/// Otherwise the parts that differ (labels mended by hand), in a sentence; empty where none does.
+/// Compares each part's volume in the findings with the label map of the same segmentation. Error: most parts
+/// differ. Otherwise a sentence that names the parts that differ (labels edited by hand), or "".
 Result<std::string> compare_volumes(const std::array<PartFinding, parts.size()>& findings,
                                     const LabelMap& labels);
 
-/// Thighs and upper arms that are named left lie to the patient's left of those named right (a body may cross
-/// what hangs on them). A sentence where they do not: the names are exchanged, or the header is mirrored or
-/// turned by half a turn; empty where they do.
+/// Checks that thighs and upper arms named left lie to the patient's left of those named right; other parts
+/// may cross the midline. If they do not, answers a sentence: the names are exchanged, or the header is
+/// mirrored or turned by 180 degrees. Otherwise "".
 std::string compare_sides(const LabelMap& labels);
 
-/// A part's gravity centre lies within its length from its joint. (Of the drawn bodies and the ICRP male .26
-/// to .91 of it away; where landmarks and table are of two of them, .8 to 4.9.) Error: of more than a third
-/// of those that can be checked it does not. Otherwise those of which it does not, in a sentence.
+/// Checks that each part's gravity centre lies within the part's length from its joint. (Drawn bodies and the
+/// ICRP male: 0.26 to 0.91 lengths; landmarks and table of two different bodies: 0.8 to 4.9.) Error: more
+/// than a third of the checked parts fail. Otherwise a sentence that names those that fail, or "".
 Result<std::string> compare_centres(const InertiaTable& table, const Landmarks& landmarks);
 
-/// A joint centre lies where its two parts meet. Error: most of those that can be checked lie elsewhere.
-/// Otherwise those that do, in a sentence.
+/// Checks that each joint centre lies where its two parts meet. Error: most of the checked joints lie
+/// elsewhere. Otherwise a sentence that names those that do, or "".
 Result<std::string> compare_joints(const Landmarks& landmarks, const LabelMap& labels);
 
 }  // namespace borelli

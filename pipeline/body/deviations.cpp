@@ -30,7 +30,7 @@ enum Cause : std::size_t {
 };
 constexpr std::size_t causes = 6;
 
-// Sums of squared differences of every entry, by cause; a variant of the table stands for one draw, or one
+// Sums of squared differences of every entry, by cause. A variant of the table is one random draw or one
 // mode.
 class Spread {
  public:
@@ -47,7 +47,7 @@ class Spread {
       for (std::size_t e = 0; e < numbers[r].size(); ++e)
         sums_[r][e][cause] += weight * square(numbers[r][e].value - nominal_[r][e].value);
   }
-  // of cut planes and joint centres together, which go into the total
+  // adds the common effect of cut planes and joint centres, which enters the total
   void add_together(const InertiaTable& variant, double weight) {
     const auto numbers = numbers_of(variant);
     for (std::size_t r = 0; r < numbers.size(); ++r)
@@ -88,7 +88,7 @@ class Deviations {
  public:
   Deviations(InertiaTable& table, const DeviationInputs& in) : table_(table), in_(in), spread_(table) {
     for (const InertiaRow& row : in.rows) {
-      // rows stand in the order of their labels, but for labels without a name and without a voxel
+      // rows follow the order of their labels, without labels that have no name or no voxel
       const auto& names = in.labels.names;
       const auto it = std::find(names.begin(), names.end(), row.part);
       label_.push_back(it == names.end() ? 0 : static_cast<std::size_t>(it - names.begin()));
@@ -149,7 +149,7 @@ class Deviations {
   InertiaTable& table_;
   const DeviationInputs& in_;
   Spread spread_;
-  std::vector<std::size_t> label_;  // of each of in_.rows
+  std::vector<std::size_t> label_;  // label of each of in_.rows
   std::mt19937 random_{11};
   std::normal_distribution<double> normal_;
 };
@@ -162,9 +162,9 @@ void Deviations::vary_curve() {
                   1 / static_cast<double>(curves.size() - 1));
 }
 
-// A part's mass moved by an independent share, its gravity centre along its extents, its second moments each.
-// `mass`, `centre` and `second` are standard deviations: of the mass's share, of the centre in the part's
-// standard deviations of extent, of the second moments' share.
+// Perturbs a part at random: its mass by a share, its gravity centre along its axes of extent, each of its
+// second moments. `mass`, `centre` and `second` are standard deviations: of the mass's share, of the centre
+// over the part's standard deviation of extent, of the second moments' share.
 Inertial jolted(const Inertial& part, double mass, double centre, double second,
                 const std::function<double()>& draw) {
   Matrix3d C = 0.5 * part.tensor.trace() * Matrix3d::Identity() - part.tensor;
@@ -189,8 +189,8 @@ void add_share(Moments& to, const Moments& what, double share) {
   to.weight += share * what.weight, to.first += share * what.first, to.second += share * what.second;
 }
 
-// What each voxel would gain if the denser of two tissues that meet there held all of it, and the voxels on
-// both sides of the skin, whose middle it is.
+// For MR: the density each voxel would gain if the denser of two adjacent tissues filled it, and the voxels
+// on both sides of the skin.
 struct Borders {
   GreyVolume gain;  // kg/m^3
   LabelMap skin;
@@ -224,7 +224,7 @@ Borders borders_of(const GreyVolume& density, const LabelMap& labels) {
 
 void Deviations::vary_noise(double noise) {
   const GreyWeights by = weights(in_.curve);
-  // what the noise's width makes of a bent curve: the mean of the densities about each value
+  // effect of noise on a bent curve: the mean density about each value, weighted by the noise
   const int reach = std::min(500, static_cast<int>(std::ceil(4 * noise)));
   std::vector<double> bell;
   for (int t = -reach; t <= reach; ++t) bell.push_back(std::exp(-0.5 * t * t / (noise * noise)));
@@ -242,7 +242,7 @@ void Deviations::vary_noise(double noise) {
     slope_squared[o] = slope * slope;
   }
   spread_.add(noise_cause, weighed(moments(in_.counted, smooth)), 1);
-  // what does not average out; neighbours are taken for independent
+  // random remainder in the sums; noise of neighbouring voxels is taken as independent
   const LabelMoments loud = moments(in_.counted, slope_squared);
   const auto draw = [&] { return normal_(random_); };
   for (int n = 0; n < small_draws; ++n)
@@ -250,21 +250,21 @@ void Deviations::vary_noise(double noise) {
                   const double all = in_.mass[label_[row]].weight;
                   if (all <= 0) return part;
                   const double share = noise * std::sqrt(loud[label_[row]].weight) / all;
-                  return jolted(part, share, share, 1.4 * share, draw);  // of a bar: sqrt(9/5)
+                  return jolted(part, share, share, 1.4 * share, draw);  // a bar: sqrt(9/5)
                 }),
                 1. / small_draws);
 }
 
-// Densities that were read off an MR. What a class weighs: its deviation that all parts share, and their own.
-// Where classes meet, and at the skin, a border may lie .15 of a voxel farther in or out (of bone to fat,
-// through lean by brightness, and of skin over fat). The figures were set by bodies drawn at 4 to 6 mm.
+// Densities read off an MR. Each tissue class has a deviation common to all parts, and one of each part.
+// Borders between classes and at the skin may be shifted by 0.15 of a voxel (bone to fat, through lean by
+// brightness, and skin over fat). The figures come from bodies drawn at 4 to 6 mm.
 void Deviations::vary_mr() {
   constexpr double shift = 0.15, uneven = 0.6;
   const Grid& grid = in_.labels.grid;
   const auto draw = [&] { return normal_(random_); };
   struct Class {
     const MrDensity& is;
-    LabelMoments of;  // each voxel as one kg/m^3
+    LabelMoments of;  // each voxel with weight 1 kg/m^3
   };
   std::vector<Class> classes;
   for (const MrDensity& is : in_.options.how_sure) {
@@ -290,7 +290,7 @@ void Deviations::vary_mr() {
                   const std::size_t label = label_[row];
                   const Inertial now = to_inertial(more[label], grid, in_.sampling);
                   if (now.mass <= 0) return as_is;
-                  // nor is it the same all over a part
+                  // the density also varies within a part
                   const double share = uneven * off[label] / in_.mass[label].weight;
                   return jolted(now, 0, share, 1.7 * share, draw);
                 }),
@@ -317,7 +317,7 @@ void Deviations::vary_mr() {
   spread_.add(voxels_partial, table_of(std::move(rows)), 1);
 
   for (const Class& c : classes) spread_.add(noise_cause, weighed(more_of(c.of, c.is.noise)), 1);
-  // mixed voxels go to either side as noise has it
+  // noise assigns mixed voxels to either side
   const LabelMoments loud = of_borders(squared);
   const double flipped = std::min(1.0, in_.options.noise_to_contrast);
   for (int n = 0; n < small_draws; ++n)
@@ -352,9 +352,9 @@ void Deviations::vary_partial_volume() {
               1);
 }
 
-// Shares of volume and second moments by which voxelised ellipsoids are off, measured in random poses: c (h /
-// L)^2 with L the cube root of the volume and h^2 the product of the voxel's geometric and quadratic mean
-// edges. Bodies are no ellipsoids: three times that.
+// Relative errors of volume and second moments of voxelised ellipsoids, measured in random poses: c (h /
+// L)^2, with L the cube root of the volume and h^2 the product of the voxel's geometric and quadratic mean
+// edges. Bodies are not ellipsoids; the factor `rough` accounts for that.
 void Deviations::vary_voxels() {
   constexpr double rough = 3;
   const bool points = in_.sampling == Sampling::points;
@@ -379,7 +379,7 @@ void Deviations::vary_voxels() {
   }
 }
 
-// A landmark's draw moves what was found from it.
+// Draws landmarks at random; points derived from a landmark move with it.
 Landmarks drawn(const Landmarks& landmarks, const std::function<double()>& draw) {
   Landmarks moved = landmarks;
   for (auto& [name, landmark] : moved)
@@ -442,8 +442,8 @@ void Deviations::vary_landmarks() {
   }
 }
 
-// A plane along the grid's layers is rounded to them as a whole: by up to half a layer, h / sqrt 12; across
-// them the roundings average out.
+// A plane parallel to the grid's layers is rounded to them as a whole, by up to half a layer (standard
+// deviation h / sqrt 12). For oblique planes the roundings average out.
 void Deviations::vary_planes_rounded(const Recut& recut, Convention by) {
   const Matrix3d& axes = in_.labels.grid.axes;
   constexpr double across = 100;  // mm, half a segment's breadth

@@ -1,21 +1,20 @@
 // The standard deviation of every entry of a table, by cause.
 //
-//   density_curve   root mean square of the entry's changes when the published curves replace the one used.
-//                   Densities need no curve. MR: what each of its tissues may weigh (mr_tissues.hpp), above all
-//                   dark tissue, for all parts together and for each part
-//   noise           of the scan, estimated from second differences along rows within the body: what does not
-//                   average out, and what the bends of the density curve make of it. MR: voxels that noise
-//                   carries over to another tissue
-//   partial_volume  of averages (moments.hpp): a twentieth of what the skin's mixed voxels weigh and hold, and
-//                   a scanner's blur of 1 mm, which widens a part. MR: borders of tissues and of the skin that
-//                   lie .15 of a voxel farther in or out
-//   voxel_size      measured errors of voxelised ellipsoids, and planes that voxels round where they lie along
-//                   the grid
-//   cut_planes      landmarks drawn from their deviations, and the parts cut anew by them, on a sample of the
-//                   voxels. Parts that no planes cut (convention `bone`): the borders at the column's discs
-//                   move with them
-//   joint_centres   the same draws, as they move endpoints and axes
-// Causes are taken as independent, but for the last two, which go into the total together. The draws have a
+//   density_curve   root mean square of the entry's changes when each published curve replaces the one used.
+//                   Densities need no curve. MR: the uncertain density of each tissue (mr_tissues.hpp),
+//                   above all of dark tissue, for all parts together and for each part
+//   noise           noise of the scan, estimated from second differences along rows within the body: its
+//                   random remainder in each sum, and its bias where the density curve bends. MR: voxels
+//                   that noise moves into another tissue
+//   partial_volume  averages (moments.hpp): a twentieth of the mass and volume of the skin's mixed voxels,
+//                   and a scanner blur of 1 mm, which widens a part. MR: borders of tissues and skin shifted
+//                   by 0.15 of a voxel
+//   voxel_size      measured errors of voxelised ellipsoids, and rounding of cut planes that lie along the
+//                   grid
+//   cut_planes      landmarks drawn at random from their deviations; the parts are cut again by them, on a
+//                   sample of the voxels. Parts without cut planes (convention `bone`): the borders at the
+//                   spine's discs move with the discs
+//   joint_centres   the same draws move endpoints and axes
 // fixed seed: the same scan has the same deviations.
 #pragma once
 
@@ -35,20 +34,20 @@ namespace borelli {
 
 /// What a table was measured from.
 struct DeviationInputs {
-  std::vector<InertiaRow> rows;  ///< of all labels, which the table's are made of (segment_rows.hpp)
+  std::vector<InertiaRow> rows;  ///< of all labels; the table's rows are made of them (segment_rows.hpp)
   const GreyVolume& volume;
-  const LabelMap& labels;            ///< as they were given
-  const LabelMap& counted;           ///< with the skin's mixed voxels, where those count
-  const LabelMoments& mass;          ///< of `counted`
-  const SkinVolumes& volume_voxels;  ///< of the rows' volumes; of points, no skin
+  const LabelMap& labels;            ///< as given
+  const LabelMap& counted;           ///< including the skin's mixed voxels, if those count
+  const LabelMoments& mass;          ///< moments of `counted`
+  const SkinVolumes& volume_voxels;  ///< volumes of the rows; without skin if voxels are points
   const DensityCurve& curve;
   Sampling sampling;
   const Landmarks& landmarks;
   const MeasureOptions& options;
 };
 
-/// Gives every row of the table, and the whole, their deviations. Labels that our conventions did not cut
-/// (given ones) have no planes that could be drawn anew: their rows' notes say that the cuts count as exact.
+/// Adds the deviations to every row of the table and to the whole. Labels that our conventions did not cut
+/// (given ones) have no planes to draw; their rows' notes say that the cuts count as exact.
 void add_deviations(InertiaTable& table, const DeviationInputs& inputs);
 
 }  // namespace borelli

@@ -1,4 +1,4 @@
-// A label map that the user brings, in place of a segmentation.
+// Label maps that the user supplies instead of a segmentation.
 #pragma once
 
 #include "pipeline/body/belonging.hpp"
@@ -6,11 +6,12 @@
 
 namespace borelli {
 
-/// The parts that the labels name, with their volumes: cut as cut_labels says, else whole; absent without
-/// voxels. Confidence is 1, since the user vouches for them. `scan` lies on the labels' grid.
+/// Parts named by the labels, with their volumes. A part is cut if cut_labels says so, otherwise whole;
+/// without voxels it is absent. Confidence is 1, since the user vouches for the labels. `scan` lies on the
+/// labels' grid.
 Segmentation segmentation_of(LabelMap labels, Landmarks landmarks, const GreyVolume& scan, int threads);
 
-/// Notes what of the labels lies in air; parts with much of it are cut, and nobody vouches for them.
+/// Notes which labels lie in air. A part with much of it in air becomes cut and loses its confidence of 1.
 void doubt_what_is_air(const LabelsInAir& air, Segmentation& found);
 
 }  // namespace borelli

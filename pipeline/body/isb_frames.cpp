@@ -10,7 +10,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Landmarks of a part's side, in metres; remembers the first that is missing.
+// Landmarks of a part on its side, in metres; stores the first missing one.
 class Seen {
  public:
   Seen(const Landmarks& landmarks, std::string_view part) : landmarks_(landmarks) {
@@ -24,7 +24,7 @@ class Seen {
     if (missing.empty()) missing = name;
     return Vector3d::Zero();
   }
-  // a line from medial to lateral, turned to the right
+  // a line across the limb that points to the right
   Vector3d rightwards(const Vector3d& medial, const Vector3d& lateral) const {
     return side_ == "_left" ? Vector3d(medial - lateral) : Vector3d(lateral - medial);
   }
@@ -38,11 +38,11 @@ class Seen {
 Vector3d middle(const Vector3d& a, const Vector3d& b) { return 0.5 * (a + b); }
 
 struct Laid {
-  Vector3d origin, X, Y;  // Y holds as it is, X is made square to it
+  Vector3d origin, X, Y;  // Y is kept, X is made normal to it
   std::string origin_name, axes;
 };
 
-// A bone from the ball at its top to the epicondyles of the hinge at its end.
+// Frame of a bone with a ball joint at its top and a hinge with epicondyles at its end.
 Laid from_ball(Seen& seen, const std::string& ball, const std::string& hinge, const char* origin,
                const char* axes) {
   const Vector3d medial = seen(hinge + "_medial"), lateral = seen(hinge + "_lateral"), top = seen(ball);

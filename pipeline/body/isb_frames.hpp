@@ -1,8 +1,8 @@
 // Segment frames as the International Society of Biomechanics recommends them (Wu G et al (2002) J Biomech
-// 35:543-548, (2005) 38:981-992), from the landmarks by which they are defined.
+// 35:543-548, (2005) 38:981-992), from the landmarks that define them.
 //
-// X forwards, Y up, Z to the right on both sides of the body (so a left limb's lines are taken from lateral
-// to medial):
+// X forwards, Y up, Z to the right on both sides of the body. So lines across a left limb run from lateral to
+// medial:
 //   lower trunk  origin mid-ASIS; Z from left to right ASIS, Y = Z x (mid-ASIS - mid-PSIS)
 //   upper trunk  suprasternale; Y from (xiphion, T8)'s to (suprasternale, C7)'s middle,
 //                Z = (suprasternale - C7) x Y
@@ -12,8 +12,9 @@
 //   thigh        hip centre; Y from the epicondyles' middle to it, X normal to the plane of the three
 //   shank        middle of the malleoli; Y from it to the epicondyles' middle, X = Y x the malleoli's line
 //   foot         heel; X to the middle of metatarsal heads I and V, Y normal to heel, II and V
-// Where a landmark was neither found (segmentation/README.md) nor given by hand, the segment keeps its usual
-// frame, which says for want of what. Head, abdomen and hand have none here.
+// A landmark may be missing (neither found, see segmentation/README.md, nor given by hand). Then the segment
+// keeps its joint-based frame, and `axes` names the missing landmark. Head, abdomen and hand have no ISB
+// frame here.
 #pragma once
 
 #include <string>
@@ -24,8 +25,8 @@
 
 namespace borelli {
 
-/// Turns a segment's frame into that of the ISB and gives it its origin; where a landmark is missing the
-/// frame stays, its `axes` say so, and that landmark is returned. `part` as in parts.hpp.
+/// Replaces a segment's axes by the ISB's and sets its origin. If a landmark is missing the frame stays, its
+/// `axes` say so, and the landmark's name is returned. `part` as in parts.hpp.
 std::string lay_isb_frame(SegmentFrame& frame, std::string_view part, const Landmarks& landmarks);
 
 }  // namespace borelli

@@ -12,9 +12,9 @@ namespace borelli {
 JointAxes joint_axes(std::string_view joint) {
   const bool left = joint.ends_with("_left"), right = joint.ends_with("_right");
   const std::string kind(joint.substr(0, joint.size() - (left ? 5 : right ? 6 : 0)));
-  // with Z to the right, X forwards and Y up: about +Z what points down goes forwards (what points forwards,
-  // up) and what points up backwards; about +X what points down goes left, up right; about +Y what points
-  // forwards goes left
+  // With Z to the right, X forwards and Y up, positive rotations do this. About +Z: what points down moves
+  // forwards, what points forwards moves up, what points up moves backwards. About +X: what points down moves
+  // left, what points up moves right. About +Y: what points forwards moves left.
   Eigen::Matrix3d R_FA;
   if (right)
     R_FA << Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY();

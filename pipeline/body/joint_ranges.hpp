@@ -1,4 +1,4 @@
-// How far human joints turn (pipeline/data/joint_ranges.csv, which names its source).
+// Published ranges of motion of human joints (pipeline/data/joint_ranges.csv names the source).
 #pragma once
 
 #include <map>
@@ -8,7 +8,7 @@
 
 namespace borelli {
 
-/// Ranges by joint without its side and axis, e.g. "knee flexion"; rad.
+/// Ranges in rad; keys are joint without side and motion, e.g. "knee flexion".
 const std::map<std::string, Range>& joint_ranges();
 
 }  // namespace borelli

@@ -47,7 +47,7 @@ Result<void> check(const GreyVolume& volume, const LabelMap& labels, const Measu
   if (!options.density_curve.empty() && volume.quantity != Quantity::hu)
     return bad_use("density curve " + options.density_curve,
                    "is from CT numbers, and the volume holds densities: leave it out");
-  // bytes of labels grown over the skin, labels that the deviations vary, and marks of borders
+  // bytes per voxel: labels grown over the skin, labels that the deviations vary, border marks
   return admit_memory("inertia table", "weighing the parts", 4.0 * static_cast<double>(volume.grid.count()));
 }
 
@@ -60,9 +60,9 @@ std::string in_words(Sampling sampling, double mixed, bool told) {
 }
 
 struct Weighed {
-  LabelMoments mass, count;       // by density; each voxel as one
+  LabelMoments mass, count;       // with densities as weights; with weight 1
   SkinVolumes volume;             // in voxels
-  std::optional<LabelMap> grown;  // with the skin's mixed voxels, where those count
+  std::optional<LabelMap> grown;  // with the skin's mixed voxels, if those count
   Sampling sampling;
   std::string sampling_in_words;
 };
@@ -92,7 +92,7 @@ Result<Weighed> weigh(const GreyVolume& volume, const LabelMap& labels, const De
   return weighed;
 }
 
-// `cut` is asked only of parts that are not told of
+// `cut` is called only for parts that `completeness` does not contain
 Completeness judge(InertiaRow& row, const PartCompleteness& completeness, const std::function<bool()>& cut) {
   const auto told = completeness.find(row.part);
   const std::string doubt = told == completeness.end() ? "" : told->second.doubt;

@@ -21,7 +21,8 @@ namespace borelli {
 
 struct MeasureOptions {
   std::string density_curve;  ///< of CT numbers; empty: the default. Densities need none, and refuse one
-  /// What the voxels are: averages, whose skin is grown, or points. Nothing: told by the skin's mixed voxels.
+  /// What a voxel stands for: an average (the skin is then grown) or a point. Absent: decided by the skin's
+  /// mixed voxels.
   std::optional<Sampling> sampling;
   double blur_reach = 2;            ///< mm, of grow_skin
   std::string cuts = "deleva1996";  ///< convention by which the labels were cut
@@ -30,18 +31,18 @@ struct MeasureOptions {
   double stature_m = 0;             ///< 0: not known
   std::string pose;                 ///< "supine", "standing" ..., or empty
   SegmentChoice segments;           ///< rows of the table; empty: one for each label
-  /// Of densities that were read off an MR (mr_tissues.hpp): how sure each of them is; empty: they are exact.
+  /// Uncertainty of each density read off an MR (mr_tissues.hpp); empty: densities are exact.
   std::vector<MrDensity> how_sure;
-  double noise_to_contrast = 0;  ///< of that MR: its noise over the contrast of fat to lean tissue
+  double noise_to_contrast = 0;  ///< of that MR: noise over the contrast between fat and lean tissue
   bool deviations = true;        ///< give every entry its standard deviation
   int threads = 0;               ///< 0: as many as the machine has
 };
 
-/// What MeasureOptions::cuts may be: our conventions, and published ways of cutting.
+/// Values that MeasureOptions::cuts may have: our conventions, and published ways of cutting.
 inline const std::vector<std::string> cut_names{"deleva1996", "dempster",   "bone", "joint",
                                                 "zatsiorsky", "mcconville", "other"};
 
-/// How much of a part a scan holds; of a cut one, why, and of any how its bounds were found.
+/// How much of a part the scan holds, with the reason if it is cut, and how its bounds were found.
 struct PartHeld {
   Completeness held = Completeness::whole;
   /// "reaches the scan's edge", "holds hand too: no wrist was found", "omphalion placed by proportion" ...
@@ -52,23 +53,23 @@ struct PartHeld {
 /// By the part's name.
 using PartCompleteness = std::map<std::string, PartHeld, std::less<>>;
 
-/// The same as our segmentation found it, with its notes.
+/// Completeness of the parts as our segmentation found them, with its notes.
 PartCompleteness completeness_of(const std::array<PartFinding, parts.size()>& findings);
 
-/// Parts of a label map whose labels lie in air (belonging.hpp) have a doubt; those with much of it are cut.
+/// Adds a doubt to parts whose labels lie in air (belonging.hpp). A part with much of it in air becomes cut.
 void doubt_what_is_air(const LabelsInAir& air, const LabelMap& labels, PartCompleteness& completeness);
 
-/// What is said where --frames isb was asked for and no segment has the landmarks of such a frame.
+/// Warning if --frames isb was given and no segment has the landmarks of an ISB frame.
 inline constexpr std::string_view no_isb_frames =
     "no segment has a frame after the ISB, for want of landmarks: frames are by the joints";
 
-/// A row for each name of the label map but "outside" (absent where it has no voxel), or for each segment
-/// asked for (segment_rows.hpp), and one for the whole body. The two grids must agree to a hundredth of a
-/// voxel; the volume's is used. `completeness` describes parts by name, and begins the notes of their rows;
-/// cut_labels (segmentation/labelling/edge_contact.hpp) judges the other parts. Rows note landmarks that an
-/// ISB frame lacks; if no ISB frame can be laid, the table's source says "joints". The table's warnings name
-/// a whole body whose mass or density no person has. Errors: a volume that holds neither CT numbers nor
-/// densities, another grid, an unknown curve or sex, no labelled voxel.
+/// One row for each name of the label map except "outside" (absent if it has no voxel), or for each segment
+/// asked for (segment_rows.hpp), and one row for the whole body. The two grids must agree to a hundredth of a
+/// voxel; the volume's is used. `completeness` describes parts by name, and its words begin the notes of
+/// their rows; cut_labels (segmentation/labelling/edge_contact.hpp) judges the other parts. Rows note the
+/// landmarks that an ISB frame lacks; if no ISB frame can be built, the table's source says "joints". The
+/// table warns if mass or density of the whole body is impossible for a person. Errors: a volume that holds
+/// neither CT numbers nor densities, another grid, an unknown curve or sex, no labelled voxel.
 Result<InertiaTable> measure(const GreyVolume& volume, LabelMap labels, const Landmarks& landmarks,
                              const MeasureOptions& options = {}, const PartCompleteness& completeness = {});
 

@@ -14,7 +14,7 @@ using Eigen::Matrix3d, Eigen::Vector3d;
 
 namespace {
 
-// Some 400 000 places of the parts, each within its voxel's box.
+// Visits about 400 000 points of the parts, each at random within its voxel's box.
 template <class Visit>
 void sample_parts(const LabelMap& labels, const GreyVolume& volume, const GreyWeights& weights,
                   const Visit& visit) {
@@ -41,7 +41,7 @@ void sample_parts(const LabelMap& labels, const GreyVolume& volume, const GreyWe
       }
 }
 
-// `now_of` is the part that a sample then belongs to
+// `now_of`: the part that a sample belongs to after the change
 template <class Now>
 std::array<PartGain, 17> gains_of(const std::vector<CutSample>& samples, const Now& now_of) {
   std::vector<std::uint8_t> parts(samples.size());
@@ -67,9 +67,9 @@ std::array<PartGain, 17> gains_of(const std::vector<CutSample>& samples, const N
   return gains;
 }
 
-// `follows`: how far flesh goes with its bones' border, as volumes of two phantoms (man and woman) segmented
-// anew with each disc 15 mm higher and lower tell: 1.3, .27 to .38, .35 to .47 on the mean of both ways. Ribs
-// and wings, which stay, reach far down and up beside the lumbar column.
+// `follows`: how far the flesh moves with the bones' border. Measured as volumes on two phantoms (man and
+// woman), segmented again with each disc 15 mm higher and lower: 1.3, 0.27 to 0.38, 0.35 to 0.47 (means of
+// both directions). Ribs and iliac wings do not move and overlap the lumbar spine.
 struct Disc {
   const char* landmark;
   std::uint8_t above, below;
@@ -140,7 +140,8 @@ Inertial with_gain(const Inertial& part, const PartGain& gain) {
   const Matrix3d second = about_centre + part.mass * part.centre * part.centre.transpose() + gain.second;
   Inertial now;
   now.mass = part.mass + gain.mass;
-  if (!(now.mass > 0.05 * part.mass)) return part;  // a draw that leaves nothing of it tells nothing
+  if (!(now.mass > 0.05 * part.mass))
+    return part;  // a draw that leaves almost nothing of the part is useless
   now.centre = (part.mass * part.centre + gain.first) / now.mass;
   const Matrix3d C = second - now.mass * now.centre * now.centre.transpose();
   now.tensor = C.trace() * Matrix3d::Identity() - C;

@@ -1,5 +1,5 @@
-// A labelled body cut anew by planes that lie a little otherwise, on a sample of its voxels: what that moves
-// from part to part, cheaply enough to be done many times.
+// Cuts a labelled body again by slightly moved planes, on a sample of its voxels. Finds what moves from part
+// to part, cheaply enough for many repetitions.
 #pragma once
 
 #include <array>
@@ -13,15 +13,15 @@
 
 namespace borelli {
 
-/// What a part gains, as integrals over patient axes in metres: of density 1, of (x, y, z), of (x, y, z)(x,
-/// y, z)^T.
+/// Gain of a part over patient axes, in metres: volume is the integral of 1; mass, first and second are the
+/// integrals of the density times 1, p and p p^T, where p = (x, y, z).
 struct PartGain {
   double volume = 0, mass = 0;
   Eigen::Vector3d first = Eigen::Vector3d::Zero();
   Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
 };
 
-/// A voxel's share of a labelled body, for those that are looked at.
+/// A sampled voxel of a labelled body.
 struct CutSample {
   Eigen::Vector3d point;  ///< mm
   double volume, mass;    ///< m^3, kg
@@ -30,28 +30,29 @@ struct CutSample {
 
 class Recut {
  public:
-  /// `weights` as of moments.hpp; `nominal` the planes by which the labels were cut; `deviation` mm, how far
-  /// planes may move: only voxels within six of it matter and are kept. Some 400 000 voxels are looked at,
-  /// each at a place drawn within its box, so that planes along the grid move through them smoothly.
+  /// `weights` as in moments.hpp; `nominal`: the planes that cut the labels; `deviation`, mm: how far planes
+  /// may move. Only voxels within six deviations of a plane matter and are kept. About 400 000 voxels are
+  /// sampled, each at a random place within its box, so that gains vary smoothly as planes along the grid
+  /// move.
   Recut(const LabelMap& labels, const GreyVolume& volume, const GreyWeights& weights,
         const PartPlanes& nominal, double deviation);
 
-  /// By label: the difference between the parts by `planes` and those by the nominal ones.
+  /// By label: parts cut by `planes` minus parts cut by the nominal planes.
   std::array<PartGain, 17> gains(const PartPlanes& planes) const;
 
  private:
   std::vector<CutSample> samples_;
 };
 
-/// The same of parts that no planes cut (convention `bone`): the borders at neck, T12/L1 and L5/S1 moved
-/// along the body with their discs, as far as flesh goes with them.
+/// The same for parts without cut planes (convention `bone`). The borders at neck, T12/L1 and L5/S1 move
+/// along the body with their discs, as far as the flesh moves with them.
 class MovedDiscs {
  public:
-  /// Errors: none; without discs nothing moves.
+  /// Never fails; without discs nothing moves.
   MovedDiscs(const LabelMap& labels, const GreyVolume& volume, const GreyWeights& weights,
              const Landmarks& landmarks);
 
-  /// By label: what the discs' places in `moved` in place of the nominal ones make of it.
+  /// By label: gains when the discs move from their nominal places to those in `moved`.
   std::array<PartGain, 17> gains(const Landmarks& moved) const;
 
  private:
@@ -61,7 +62,7 @@ class MovedDiscs {
   std::vector<CutSample> samples_;
 };
 
-/// The part with its gain.
+/// Adds a gain to a part.
 Inertial with_gain(const Inertial& part, const PartGain& gain);
 
 }  // namespace borelli

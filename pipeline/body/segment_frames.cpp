@@ -28,9 +28,9 @@ constexpr Endpoint vertex{"VERT", "vertex"}, cervicale{"CERV", "cervicale"},
 
 struct SegmentPlan {
   std::string_view segment;
-  std::array<Endpoints, 2> endpoints;  // the first pair whose points are there
+  std::array<Endpoints, 2> endpoints;  // the first pair whose points exist
   Endpoints y;  // Y from the first to the second; for the trunk empty, for a foot its X
-  std::array<std::string_view, 2> line;  // names of landmarks' pairs (without _lateral and so on) for X
+  std::array<std::string_view, 2> line;  // pairs of landmarks for X, by name without _lateral and so on
   std::string_view cuts;
 };
 
@@ -45,7 +45,7 @@ constexpr std::array<SegmentPlan, 13> plans{{
     {"thigh", {{{hip, knee}, {hip, knee}}}, {knee, hip}, {"knee", ""}, "zatsiorsky"},
     {"shank", {{{knee, ankle}, {knee, malleolus}}}, {ankle, knee}, {"malleolus", "knee"}, "joint"},
     {"foot", {{{heel, toe_tip}, {heel, toe_tip}}}, {heel, toe_tip}, {}, "joint"},
-    // groups of segments.hpp; a limb, which may be bent, has no length
+    // groups of segments.hpp; a limb may be bent and so has no length
     {"trunk", {{{suprasternale, mid_hip}, {cervicale, mid_hip}}}, {}, {}, "zatsiorsky"},
     {"arm", {{{nowhere, nowhere}, {nowhere, nowhere}}}, {elbow, shoulder}, {"elbow", ""}, "zatsiorsky"},
     {"leg", {{{nowhere, nowhere}, {nowhere, nowhere}}}, {knee, hip}, {"knee", ""}, "zatsiorsky"},
@@ -61,7 +61,7 @@ class Points {
     trunk_known_ =
         landmarks.contains("neck") && landmarks.contains("hip_left") && landmarks.contains("hip_right");
   }
-  // whether the axes are the trunk's; else the patient's stand in
+  // whether the trunk's axes are known; otherwise the patient's replace them
   bool trunk_known() const { return trunk_known_; }
   std::string name(std::string_view landmark) const {
     const std::string central(landmark);
@@ -79,7 +79,7 @@ class Points {
   Vector3d right() const { return -axes_.col(0); }
   Vector3d front() const { return -axes_.col(1); }
   Vector3d inwards() const { return side_ == "_left" ? right() : Vector3d(-right()); }
-  // to the right along a limb's line from medial to lateral ("elbow", "knee") or over the malleoli
+  // a line across a limb at "elbow" or "knee" or through the malleoli, pointing to the right
   std::optional<Vector3d> rightwards(std::string_view line) const {
     const bool malleoli = line == "malleolus";
     const auto medial = find(malleoli ? "medial_malleolus" : std::string(line) + "_medial");
@@ -103,8 +103,8 @@ Matrix3d axes_of(const Vector3d& X, const Vector3d& Y) {
 
 Vector3d square_to(const Vector3d& v, const Vector3d& unit) { return (v - v.dot(unit) * unit).normalized(); }
 
-// The axis of largest moment passes through the palm; the palm faces forwards, inwards or between the two,
-// unless the forearm is turned in by more than half a right angle further.
+// The axis of largest moment passes through the palm. Its sign: the palm faces forwards, inwards or in
+// between, unless the forearm is rotated further inwards by more than 45 degrees.
 void lay_hand(SegmentFrame& frame, const Vector3d& Y, const Points& points, const Inertial& inertial) {
   Vector3d X = square_to(inertial.principal().axes.col(2), Y);
   if (X.dot(points.front() + points.inwards()) < 0) X = -X;
@@ -135,7 +135,7 @@ void lay_limb(SegmentFrame& frame, const Vector3d& Y, const Points& points, cons
   frame.R_WA = axes_of(X, Y);
 }
 
-// Axes; false where the points of the long axis are not there.
+// Sets the axes; false if the points of the long axis are missing.
 bool lay_axes(SegmentFrame& frame, const Points& points, const SegmentPlan& plan, const Inertial& inertial) {
   if (plan.y[0].landmark.empty()) {
     frame.R_WA = axes_of(points.front(), points.up());
@@ -178,7 +178,7 @@ std::optional<SegmentFrame> segment_frame(std::string_view part, const Landmarks
   const Points points(landmarks, part);
   SegmentFrame frame;
   frame.segment = plan->segment;
-  // dempster differs from deleva1996 above elbow and knee only
+  // dempster's planes differ from deleva1996's only above elbow and knee
   const bool planes = cuts == "deleva1996" || (cuts == "dempster" && plan->cuts == "joint");
   frame.cuts = planes ? plan->cuts : cuts;
   if (!lay_axes(frame, points, *plan, inertial)) return std::nullopt;
@@ -189,7 +189,7 @@ std::optional<SegmentFrame> segment_frame(std::string_view part, const Landmarks
     frame.from_point = *from, frame.to_point = *to;
     break;
   }
-  // the patient's axes stand in for the trunk's where there is a length to measure along them
+  // the patient's axes replace the trunk's if there is a length to measure along them
   const bool trunk = plan->y[0].landmark.empty();
   if (trunk && frame.from.empty() && !points.trunk_known()) return std::nullopt;
   return frame;

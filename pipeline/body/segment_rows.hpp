@@ -1,8 +1,8 @@
-// The table's rows of the segments that are asked for, made of the rows of all parts.
+// Table rows of the requested segments, made from the rows of all parts.
 //
-// All parts are measured whatever is asked: what a part weighs depends on where its neighbours begin (skin,
-// cut planes), and the sums are one pass. So a segment asked for alone has the numbers that it has in the
-// whole table, and a group those of its parts, moved to their common centre (Huygens-Steiner).
+// All parts are always measured: a part's mass depends on its neighbours' borders (skin, cut planes), and the
+// sums take one pass. So a segment requested alone has the same numbers as in the whole table. A group has
+// the numbers of its parts, moved to their common centre (Huygens-Steiner).
 #pragma once
 
 #include <array>
@@ -16,19 +16,19 @@
 
 namespace borelli {
 
-/// The rows of all parts by what is known of them, by label as in parts.hpp: inertials (patient axes, m) and
-/// volumes (m^3), framed by their landmarks.
+/// Rows of all parts, by label as in parts.hpp, from inertials (patient axes, m) and volumes (m^3), with
+/// frames by the landmarks.
 std::vector<InertiaRow> rows_of_parts(const std::array<Inertial, parts.size()>& inertials,
                                       const std::array<double, parts.size()>& volumes,
                                       const Landmarks& landmarks);
 
-/// A row for each segment of options.segments from the rows of all labels (by part); without a choice the
-/// rows as they are. A group is whole where all of its parts are, absent where all are; its notes are its
-/// parts', each with the part's name. Frames of groups by segment_frame.
+/// One row for each segment in options.segments, from the rows of all labels (by part); without a choice the
+/// rows unchanged. A group is whole if all of its parts are, absent if all are. Its notes are its parts'
+/// notes, each with the part's name. Groups get their frames from segment_frame.
 std::vector<InertiaRow> rows_of_segments(std::vector<InertiaRow> all, const Landmarks& landmarks,
                                          const MeasureOptions& options);
 
-/// The table of those rows. Its `whole` is the whole body whatever is asked: shares are of it.
+/// Table of those rows. Its `whole` is always the whole body: shares refer to it.
 InertiaTable table_of_segments(InertiaSource source, std::vector<InertiaRow> all, const Landmarks& landmarks,
                                const MeasureOptions& options);
 

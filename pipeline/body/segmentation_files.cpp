@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// The object in segmentation.json; an empty one where the file is damaged. Errors: as read_input_file.
+// The object in segmentation.json; empty if the file is damaged. Errors: as read_input_file.
 Result<json> read_account(const fs::path& path) {
   const auto bytes = read_input_file(path);
   if (!bytes) return tl::unexpected(bytes.error());
@@ -75,7 +75,7 @@ Result<void> write_label_files(const fs::path& path, const LabelMap& labels) {
 Result<void> write_segmentation(const fs::path& folder, const Segmentation& segmentation, const json& account,
                                 const std::string& given) {
   std::error_code absent;
-  for (const char* name : all_parts_file_names) fs::remove(folder / name, absent);  // of an earlier choice
+  for (const char* name : all_parts_file_names) fs::remove(folder / name, absent);  // from an earlier choice
   const bool all = segmentation.asked.empty();
   if (auto written =
           write_label_files(folder / (all ? "labels.nii.gz" : "parts.nii.gz"), segmentation.labels);
@@ -112,7 +112,7 @@ Result<std::vector<Warning>> read_warnings(const fs::path& path) {
   const auto account = read_account(path);
   if (!account) return tl::unexpected(account.error());
   if (account->contains("single_warnings")) return warnings_from((*account)["single_warnings"]);
-  std::vector<Warning> warnings;  // of an older file
+  std::vector<Warning> warnings;  // from an older file
   if (account->contains("warnings"))
     for (const json& warning : (*account)["warnings"])
       if (warning.is_string())

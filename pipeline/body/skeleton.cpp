@@ -24,8 +24,8 @@ namespace {
 using Eigen::Vector3d;
 constexpr double degree = std::numbers::pi / 180;
 
-// The tuck that the joints spring towards: the middle of the swing, so that an undamped joint turns by twice
-// as much. About the patient's left axis; flexion of a part that points downwards and goes forward is
+// Rest angle of the joint springs in the tuck. It is the middle of the oscillation: an undamped joint turns
+// by twice as much. About the patient's left axis; flexion that moves a downward-pointing part forwards is
 // negative there.
 struct TuckAngle {
   std::string_view joint;
@@ -39,8 +39,9 @@ constexpr std::array<TuckAngle, 7> tuck_angles{{{"spine_lower", 12},
                                                 {"shoulder", -20},
                                                 {"elbow", -35}}};
 
-// A stop gives: where the scan's pose is at the end of a range (a wrist turned all the way), the joint is
-// pushed off so far, or the least swing would pass the end.
+// Least room before a stop, since a stop yields. If the scan's pose is at the end of a range (a fully turned
+// wrist), the joint starts this far inside the stop's spring; otherwise the smallest motion would pass the
+// end.
 constexpr double least_room_deg = 2;
 
 std::string without_side(std::string_view joint) {
@@ -55,7 +56,7 @@ double tuck_angle(const std::string& joint) {
   return 0;
 }
 
-// Of a part that is free in space: three places and its turn.
+// Names for a free body: three translations and a ball.
 std::array<std::string, 4> free_coordinates(std::string_view part) {
   const std::string name(part);
   return {name + "_x", name + "_y", name + "_z", name + "_turn"};
@@ -73,7 +74,7 @@ std::vector<Part> tree_of(const PartInertials& present) {
   return segment_tree(names);
 }
 
-// A part's origin: its joint where there is one (the lower trunk's: between the hips), else its gravity
+// Origin of a part: the joint to its parent (lower trunk: midway between the hips), or else its gravity
 // centre.
 Vector3d part_origin(const Part& part, const PartInertials& present, const Landmarks& landmarks) {
   const std::string name(part.parent.empty() ? "mid_hip" : part.joint);
@@ -113,7 +114,7 @@ class Builder {
   Vector3d ball_deviation(const Part& part, const Part& parent) const;
 
   const PartInertials& present_;
-  std::vector<Part> tree_;  // of those that are there
+  std::vector<Part> tree_;  // the parts that exist
   const Landmarks& landmarks_;
   const SkeletonOptions& options_;
   Eigen::Matrix3d axes_;  // columns: the trunk's left, back, up
@@ -128,7 +129,7 @@ Inertial Builder::subtree(const Part& part) const {
   return sum;
 }
 
-// Three translations and a ball, let go with the leap's velocities: the whole body turns as one about its
+// Three translations and a ball, with the leap's initial velocities: the whole body rotates rigidly about its
 // gravity centre.
 std::vector<Switch> Builder::free_in_space(const Part& part) {
   const Vector3d at = origin(part);
@@ -144,9 +145,9 @@ std::vector<Switch> Builder::free_in_space(const Part& part) {
   return switches;
 }
 
-// The line through the epicondyles, turned so that flexion is positive: on the left to the lateral side times
-// `flexion_sign`, on the right against it, however the limb lies. A joint that would then bend backwards by
-// more than any does has its epicondyles interchanged.
+// The line through the epicondyles, directed so that flexion is positive: on the left towards lateral times
+// `flexion_sign`, on the right the opposite, whatever the limb's pose. If the joint would then hyperextend
+// impossibly, the epicondyles are interchanged.
 std::optional<Vector3d> Builder::hinge_axis(const Part& part, double flexion_sign) const {
   const std::string joint(part.joint);
   const std::string kind = without_side(joint), side = joint.substr(kind.size());
@@ -157,7 +158,7 @@ std::optional<Vector3d> Builder::hinge_axis(const Part& part, double flexion_sig
   return flexion_in_scan(part, axis) < -backwards ? Vector3d(-axis) : axis;
 }
 
-// The angle between the long axes of the two segments about the hinge, in the scan's pose.
+// Angle between the long axes of the two segments about the hinge, in the scan's pose.
 double Builder::flexion_in_scan(const Part& part, const Vector3d& axis) const {
   const std::string joint(part.joint);
   const bool knee = joint.starts_with("knee");
@@ -170,7 +171,7 @@ double Builder::flexion_in_scan(const Part& part, const Vector3d& axis) const {
   return std::atan2(axis.dot(a.cross(b)), a.dot(b));
 }
 
-// Standard deviation of the angle at a hinge, rad: those of its three joint centres, each across the segment
+// Standard deviation of a hinge's angle, rad, from its three joint centres: each counts normal to the segment
 // to its neighbour; the hinge's own centre turns both segments.
 double Builder::flexion_deviation(const Part& part) const {
   const std::string joint(part.joint);
@@ -193,12 +194,12 @@ std::vector<Switch> Builder::hinge(const Part& part, const Vector3d& offset) {
     warn(fmt::format("{}: no epicondyles, so the hinge lies along the patient's left-right axis", name));
     axis = Vector3d(sign * axes_.col(0));
   }
-  // the part's frame has the patient's axes at the scan's pose, and the coordinate is the anatomical flexion:
+  // the part's frame has the patient's axes in the scan's pose; the coordinate is the anatomical flexion,
   // zero when straight
   const double flexion = flexion_in_scan(part, *axis);
   Range range = joint_ranges().at(kind + " flexion");
   if (flexion < range.lower || flexion > range.upper) {
-    // what the landmarks leave open is no finding
+    // an excess within the landmarks' uncertainty gives no warning
     const double room = std::max(usual_range_room, flexion_deviation(part));
     if (range.lower - flexion > room || flexion - range.upper > room)
       result_.warnings.push_back(outside_range(name, "flexion", flexion, range));
@@ -230,13 +231,13 @@ std::vector<Switch> Builder::joint(const Part& part) {
   return ball(part, parent, offset);
 }
 
-// A ball whose axes are the anatomical ones, from the anatomical position. Between the two fixed turns the
-// part's frame has the patient's axes at the start, like its parent's.
+// A ball about the anatomical axes, zero in the anatomical position. Fixed rotations on both sides give the
+// part's frame the patient's axes at the start, like its parent's.
 std::vector<Switch> Builder::ball(const Part& part, const Part& parent, const Vector3d& offset) {
   const std::string name(part.joint);
   const auto frame = [&](const Part& of) {
     auto found = segment_frame(of.name, landmarks_, present_.find(of.name)->second);
-    if (found && found->axes == patients_axes) found.reset();  // not the body's: no ranges about them
+    if (found && found->axes == patients_axes) found.reset();  // not the body's axes: no ranges about them
     return found;
   };
   const auto before = frame(parent), after = frame(part);
@@ -260,8 +261,8 @@ std::vector<Switch> Builder::ball(const Part& part, const Part& parent, const Ve
           {.kind = Fixed{{R_SB.transpose(), Vector3d::Zero()}}, .coordinate = ""}};
 }
 
-// Standard deviation of a ball's start about each of its axes, rad: what it turns by when one coordinate of
-// one landmark moves by its deviation, over all landmarks.
+// Standard deviation of a ball's start about each of its axes, rad: root sum of squares of its rotations when
+// each coordinate of each landmark moves by its deviation.
 Vector3d Builder::ball_deviation(const Part& part, const Part& parent) const {
   const JointAxes joint = joint_axes(part.joint);
   const auto start = [&](const Landmarks& marks) -> std::optional<Vector3d> {
@@ -287,13 +288,13 @@ Vector3d Builder::ball_deviation(const Part& part, const Part& parent) const {
   return squares.cwiseSqrt();
 }
 
-// What swings at a part's joint about an axis.
+// Inertia that moves at a part's joint about an axis.
 double Builder::inertia_about(const Part& part, const Vector3d& axis) const {
   const Inertial far = subtree(part);
   return joint_inertia(far, whole_ - far, origin(part), axis);
 }
 
-// A stop at each end of a joint's ranges.
+// Adds a stop at each end of a joint's ranges.
 void Builder::add_stop(const Part& part, const Vector3d& axis, std::vector<Range> ranges,
                        const double* start) {
   const double omega = 2 * std::numbers::pi * Leap::stop_frequency;
@@ -311,7 +312,7 @@ void Builder::add_stop(const Part& part, const Vector3d& axis, std::vector<Range
        LimitSpring{{joint_name}, stiffness, Leap::stop_dissipation, std::move(ranges)}});
 }
 
-// A passive joint of a given natural frequency and damping ratio.
+// Adds a passive spring and damper with the leap's natural frequency and damping ratio.
 void Builder::add_muscle(const Part& part, const Vector3d& axis, double rest, bool is_hinge) {
   const double inertia = inertia_about(part, axis);
   const double omega = 2 * std::numbers::pi * options_.leap.muscle_frequency;
@@ -376,7 +377,7 @@ PartInertials movable_parts(const InertiaTable& table, std::vector<Warning>& war
           {WarningKind::part, Severity::doubt, row.part + " is left out of the scene: " + row.flaw});
       continue;
     }
-    // a stump is all that there is of its part
+    // a stump is the complete remainder of its part
     if (row.completeness == Completeness::cut &&
         !(!row.notes.empty() && row.notes.front().starts_with(stump_note)))
       warnings.push_back(joined_warning(WarningKind::part, Severity::note,

@@ -1,17 +1,17 @@
-// From an inertia table and joint centres to a scene: the body as a tree of rigid parts that can move.
+// Builds a scene from an inertia table and joint centres: the body as a tree of rigid parts.
 //
-// The lower trunk is free in space; ball joints at spine, neck, shoulders, wrists, hips and ankles, hinges at
-// elbows and knees about the line of the epicondyles. A part's frame has its origin at the joint to its
-// parent (the lower trunk: between the hips) and, in the pose of the scan, the patient's axes; the world is
-// the patient frame in metres.
+// The lower trunk is a free body. Spine, neck, shoulders, wrists, hips and ankles are ball joints; elbows and
+// knees are hinges about the line of the epicondyles. A part's frame has its origin at the joint to its
+// parent (lower trunk: midway between the hips) and, in the scan's pose, the patient's axes. The world is the
+// patient frame in metres.
 //
-// A ball counts from the anatomical position: its coordinate is the identity where the anatomical axes of the
-// part (segment_frames.hpp: X forwards, Y up, Z to the right) are parallel to those of its parent. Its own
-// axes are those about which the published ranges count, each with its sign (joint_axes.hpp), so that the
-// left side's coordinates mirror the right's: x flexion, y adduction (of the trunk: bending to the left), z
-// internal rotation (of the trunk: to the left). The start is the scan's pose; where that lies outside a
-// published range, the range is widened to it, with a warning where it lies out by more than the joint
-// angle's deviation, which is that of the landmarks that the two parts' axes are laid through.
+// A ball joint is zero in the anatomical position: its coordinate is the identity when the anatomical axes of
+// the part (segment_frames.hpp: X forwards, Y up, Z to the right) are parallel to those of its parent. Its
+// axes are those of the published ranges, signed (joint_axes.hpp) so that the left side's coordinates mirror
+// the right's: x flexion, y adduction (trunk: bending to the left), z internal rotation (trunk: to the left).
+// The start is the scan's pose. If it lies outside a published range, the range is widened to contain it. A
+// warning follows if the excess is larger than the joint angle's deviation, which comes from the landmarks
+// that define the two parts' axes.
 #pragma once
 
 #include <map>
@@ -31,9 +31,9 @@ namespace borelli {
 /// frame (patient axes, m), in the pose of the scan.
 using PartInertials = std::map<std::string, Inertial, std::less<>>;
 
-/// What the body does when it is let go: a leap from a trampoline with a tucked backward somersault, passive
-/// but for joints that spring towards a tuck and stops at the ends of their ranges. There is no contact: it
-/// ends when the gravity centre is back at its height.
+/// The motion of the released body: a leap from a trampoline with a tucked backward somersault. It is passive
+/// except for joint springs that pull towards a tuck and stops at the ends of the ranges. There is no
+/// contact; the motion ends when the gravity centre is back at its initial height.
 struct Leap {
   double flight_time = 1.0;           ///< s; the gravity centre leaves upwards at g flight_time / 2
   double somersault_rate_deg = -335;  ///< deg/s about the patient's left at take-off; negative: backwards
@@ -43,10 +43,10 @@ struct Leap {
       1;  ///< Hz, of the passive joints: their stiffness is (2 pi f)^2 I, see joint_inertia
   double damping_ratio = 0.1;  ///< of the same joints
 
-  // The stops of joints that have ranges (LimitSpring): so stiff and lossy that this leap stays within them,
-  // which the report shows.
+  // Stops of joints that have ranges (LimitSpring). Stiffness and dissipation keep this leap within the
+  // ranges; the report shows it.
   static constexpr double stop_frequency = 20;     ///< Hz, as muscle_frequency
-  static constexpr double stop_dissipation = 0.5;  ///< s/rad: at 1 rad/s a third of the speed is lost
+  static constexpr double stop_dissipation = 0.5;  ///< s/rad: a rebound at 1 rad/s loses a third of its speed
   static constexpr double stop_room_deg = 8;  ///< they begin so long before the end of the range, or at the
                                               ///< scan's pose where that is nearer (2 at least)
 };

@@ -14,12 +14,12 @@ namespace borelli {
 namespace {
 
 constexpr double finest_tried = 2;  // mm
-// What a grid is off by, in parts of what it differs from the coarser one before it. On phantoms of 2.5 mm
-// the error against the finest grid was 0.4 to 1.4 times that (grids of 4.5 to 3 mm).
+// Estimated error of a grid over its difference from the next coarser one. On phantoms of 2.5 mm the error
+// against the finest grid was 0.4 to 1.4 times that difference (grids of 4.5 to 3 mm).
 constexpr double caution = 2;
-// Landmarks move by steps, and two grids may agree by chance where a third does not: xiphion and omphalion
-// jumped between two places 2 to 2.5 mm apart on grids of 6 to 2 mm, joints of limbs by a part of a voxel.
-constexpr double trunk_jump = 2.5, limb_jump = 0.25;  // mm; of the coarsest voxel edge
+// Landmarks jump between grids, and two grids may agree by chance while a third differs. Xiphion and
+// omphalion jumped by 2 to 2.5 mm on grids of 6 to 2 mm, limb joints by a fraction of a voxel.
+constexpr double trunk_jump = 2.5, limb_jump = 0.25;  // mm; share of the coarsest voxel edge
 
 double length_of(const InertiaRow& row) {
   if (row.frame && row.frame->length() > 0) return row.frame->length();
@@ -75,8 +75,8 @@ std::vector<EntryErrors> errors_of_jumps(const InertiaTable& table, double coars
   for (const InertiaRow& row : table.rows) {
     if (row.completeness == Completeness::absent) continue;
     const bool limb = row.part.ends_with("_left") || row.part.ends_with("_right");
-    // a plane that moves by a share of the length moves as much of the mass, and of the transverse moments,
-    // which go with the length's cube, up to three times that
+    // a plane that moves by a share of the length moves the same share of the mass; transverse moments grow
+    // with the length's cube and change up to three times as much
     const double share = 1e-3 * (limb ? limb_jump * coarsest_edge : trunk_jump) / length_of(row);
     errors.push_back({row.part, share, 0.75 * share, 2.5 * share});
   }
@@ -121,7 +121,7 @@ Result<Segmentation> segment_within(const GreyVolume& volume, double tolerance, 
       now.table = std::move(*table);
     pick = judged(before, now, tolerance, edge);
     if (pick.met || n + 1 == steps.size()) return found;
-    // what no two grids can be trusted to agree on goes to the finest at once
+    // if jumps alone exceed the tolerance, no coarser grid can meet it: continue with the finest
     const bool hopeless = now.table && largest_of(errors_of_jumps(*now.table, edge)) > tolerance;
     if (hopeless) n = steps.size() - 2;
     before = hopeless ? GridTable{} : std::move(now);

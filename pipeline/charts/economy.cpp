@@ -17,25 +17,25 @@ namespace {
 
 constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
 
-// motions are so much better than what is asked of them
+// motions are computed to the tolerance divided by this
 constexpr double margin = 100;
 
-// takes over where dop853 does not come through
+// replaces dop853 if that fails
 constexpr const char* stiff_method = "arkode";
 
-// a change that is so many times too much off is not tried again
+// a change whose error exceeds the tolerance by this factor is not tried again
 constexpr double hopeless = 10;
 
-// a run is given up that takes so many times the evaluations that the whole model's runs took together
+// a run is aborted at this multiple of the evaluations of all the whole model's runs together
 constexpr double patience = 3;
 
-// how much of the search the whole model's runs count for in its progress
+// share of the whole model's runs in the search's progress
 constexpr double first_share = 0.1;
 
-// so many of what is left are tried in pairs
+// number of remaining changes that are tried in pairs
 constexpr std::size_t paired = 6;
 
-// instants that motions are compared at, to a step of the whole model's, and altogether
+// compared instants per step of the whole model, and their largest number
 constexpr double instants_to_a_step = 4;
 constexpr int most_instants = 20000;
 
@@ -53,12 +53,12 @@ bool moves(const Switch& one) {
 struct Change {
   std::string words;
   std::vector<std::string> coordinates;
-  /// What it was off by when it was last tried, beside so many changes taken before (-1: never); NaN: it
-  /// could not be, for that reason.
+  /// Error at the last trial, with `beside` changes already taken (-1: never tried); NaN: impossible for
+  /// `reason`.
   double error = 0;
   int beside = -1;
   std::string reason = {};
-  bool pair = false;  ///< of two others
+  bool pair = false;  ///< of two other changes
 };
 
 std::vector<Change> changes_of(const Scene& scene) {
@@ -74,7 +74,7 @@ std::vector<Change> changes_of(const Scene& scene) {
   return out;
 }
 
-/// Looks whether all that an effort or constraint names are coordinates of a set.
+/// Whether everything that an effort or constraint names is a coordinate of a set.
 struct OnlyNames {
   const std::set<std::string>& locked;
   bool any = false, others = false;
@@ -141,7 +141,7 @@ class Search {
     note_start(*system);
     out_.smallest = scene_;
     add_model("", 0, "", *system);
-    const auto rough = rough_motion(*system);  // (rows of output may cost more than the steps between)
+    const auto rough = rough_motion(*system);  // rows of output may cost more than the steps between
     most_evaluations_ = patience * double(std::max(full_.certificate.evaluations,
                                                    rough ? rough->certificate.evaluations : 0));
     left_ = changes_of(scene_);
@@ -177,11 +177,11 @@ class Search {
     return {};
   }
 
-  /// Whether more instants than now are needed to see all that the motion does; takes so many.
+  /// Increases the number of instants if the motion needs it; answers whether it did.
   bool resolve(const Trajectory& t) {
     std::vector<double> steps = t.step_sizes;
     if (steps.empty()) return false;
-    const auto median = steps.begin() + long(steps.size() / 2);  // (those cut at events are far shorter)
+    const auto median = steps.begin() + long(steps.size() / 2);  // steps cut at events are far shorter
     std::nth_element(steps.begin(), median, steps.end());
     const double wanted = std::ceil(instants_to_a_step * (t.times.back() - t.times.front()) / *median);
     const int most = std::max(settings_.outputs, most_instants), before = out_.instants;
@@ -190,7 +190,7 @@ class Search {
     return out_.instants > before;
   }
 
-  /// Where each coordinate starts, on the constraints and drives.
+  /// Stores each coordinate's start position, which satisfies constraints and drives.
   void note_start(const System& system) {
     for (const CoordinateInfo& info : full_.coordinates) {
       const Eigen::VectorXd q = full_.q.row(0).segment(info.q_index, info.q_size);
@@ -209,14 +209,14 @@ class Search {
     }
   }
 
-  /// To the accuracy.
+  /// Motion computed to the accuracy.
   Result<Trajectory> motion(const System& system) {
     SimulationSettings how = scene_.simulation;
     how.accuracy = out_.accuracy;
     return simulated(system, how);
   }
 
-  /// By one run, whose error nobody shows.
+  /// Motion by one run, without an error estimate.
   Result<Trajectory> rough_motion(const System& system) {
     SimulationSettings how = single_run();
     auto t = simulated(system, how);
@@ -240,7 +240,7 @@ class Search {
     how.output_interval = length / out_.instants;
     ++out_.runs;
     Observer observer;
-    double reached = 0;  // (of several runs the farthest)
+    double reached = 0;  // the farthest of several runs
     observer.progress = [&](double t) {
       reached = std::max(reached, (t - start) / length);
       progress_(now_, done_ + share_ * reached);
@@ -256,12 +256,12 @@ class Search {
     return t;
   }
 
-  /// Whether a run came to its end.
+  /// Whether a run reached its end.
   static bool through(const Trajectory& t, const SimulationSettings& how) {
     return t.times.back() >= how.end_time * (1 - 1e-12);
   }
 
-  /// What is done now: from which part of the search on, and how much of it.
+  /// Sets the current task: its start and its share in the search's progress.
   void tell(const std::string& words, double done, double share) {
     now_ = words, done_ = done, share_ = share;
     progress_(words, done);
@@ -289,7 +289,7 @@ class Search {
     return out;
   }
 
-  /// The largest over quantities and times.
+  /// Largest error over quantities and times, and its quantity.
   std::pair<double, std::string> error_of(const Trajectory& t) const {
     std::pair<double, std::string> worst{0, ""};
     for (const MotionQuantity& quantity : quantities_)
@@ -299,9 +299,9 @@ class Search {
     return worst;
   }
 
-  /// What is to be looked at next: that which was off least when last tried, for locking more seldom makes it
-  /// less (Minoux 1978, accelerated greedy algorithms); where even that is too much, all that was not tried
-  /// beside what is locked now. Null: there is nothing more.
+  /// The next change to try: the one with the smallest error at its last trial, since further locking rarely
+  /// reduces an error (accelerated greedy algorithm, Minoux 1978). If even that error is too large, every
+  /// change not yet tried beside the current locks. Null: nothing left.
   Change* choose() {
     Change* best = nullptr;
     for (Change& one : left_)
@@ -312,8 +312,8 @@ class Search {
     return old == left_.end() ? nullptr : &*old;
   }
 
-  /// Adds pairs of what is left and off least, if that was not done beside what is locked now. Whether there
-  /// is anything new to try.
+  /// Adds pairs of the remaining changes with the smallest errors, once per set of locks. Answers whether
+  /// there is anything new to try.
   bool pair_up() {
     if (paired_beside_ == taken_) return false;
     paired_beside_ = taken_;
@@ -340,7 +340,7 @@ class Search {
     return !pairs.empty();
   }
 
-  /// What it is off by, beside what is locked already; `rough` or to the accuracy.
+  /// Error of a change beside the current locks; `rough`: by one run, otherwise to the accuracy.
   std::pair<double, std::string> tried(Change& change, const Scene& scene, bool rough) {
     const auto system = compile(scene);
     const auto t = !system ? tl::unexpected(system.error()) : rough ? rough_motion(*system) : motion(*system);
@@ -351,7 +351,7 @@ class Search {
     return error;
   }
 
-  /// One run; what is far too much off is not tried again.
+  /// Tries a change by one run; drops it if its error is far too large.
   void attempt(Change& change) {
     tried(change, with(out_.smallest, change), true);
     if (!(change.error > hopeless * settings_.tolerance)) return;
@@ -359,7 +359,7 @@ class Search {
     left_.erase(left_.begin() + (&change - left_.data()));
   }
 
-  /// Locks it, if its error is within the tolerance when it is shown.
+  /// Locks the change if its estimated error is within the tolerance.
   void take(Change& change) {
     Scene scene = with(out_.smallest, change);
     const auto error = tried(change, scene, false);
@@ -372,14 +372,14 @@ class Search {
     forget(locked);
   }
 
-  /// Leaves out what is locked now.
+  /// Removes locked coordinates from the remaining changes.
   void forget(const std::vector<std::string>& locked) {
     std::vector<Change> left;
     for (Change& one : left_) {
       std::erase_if(one.coordinates, [&](const std::string& name) {
         return std::find(locked.begin(), locked.end(), name) != locked.end();
       });
-      // a joint of which one coordinate is left is that coordinate
+      // a joint with one coordinate left is the same change as that coordinate
       const bool same = std::any_of(left.begin(), left.end(), [&](const Change& other) {
         return other.coordinates == one.coordinates;
       });
@@ -418,7 +418,7 @@ class Search {
   const Scene& scene_;
   const EconomySettings& settings_;
   const std::function<void(const std::string&, double)>& progress_;
-  std::string now_;              ///< what is being tried,
+  std::string now_;              ///< current task,
   double done_ = 0, share_ = 0;  ///< and its place in the progress
   double length_ = 1;
   double most_evaluations_ = std::numeric_limits<double>::infinity();  ///< of a run
@@ -426,8 +426,8 @@ class Search {
   std::map<std::string, std::vector<double>> start_;  ///< positions of the assembled start, by coordinate
   std::vector<MotionQuantity> quantities_;
   std::vector<Change> left_;
-  int paired_beside_ = -1;            ///< taken_ when pairs were made last
-  int taken_ = 0;                     ///< how many changes are in the smallest model
+  int paired_beside_ = -1;            ///< taken_ when pairs were last made
+  int taken_ = 0;                     ///< number of changes in the smallest model
   std::vector<EconomyRefusal> gone_;  ///< not tried again
   Economy out_;
 };

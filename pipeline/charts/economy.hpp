@@ -1,6 +1,6 @@
-// The smallest model of a scene whose motion stays within a tolerance of the whole one's: coordinates are
-// locked, and so solids merged, one at a time, each time what costs the least error, for as long as the
-// quantities asked for stay within the tolerance.
+// Finds the smallest model of a scene whose motion stays within a tolerance of the whole model's. Coordinates
+// are locked, and so solids merged, one at a time: always the one that adds the least error, as long as the
+// requested quantities stay within the tolerance.
 #pragma once
 
 #include <functional>
@@ -13,57 +13,56 @@ namespace borelli {
 
 struct EconomySettings {
   std::vector<std::string> quantities = {};  ///< MotionQuantity's texts; empty: all solids' gravity centres
-  double tolerance = 0.01;  ///< of lengths over the scene's (System::length), of angles in rad
-  int outputs = 200;        ///< times that motions are compared at, evenly spread: at least
-  int repeats = 3;          ///< of the runs whose times are told; their median counts
+  double tolerance = 0.01;  ///< lengths over the scene's length (System::length), angles in rad
+  int outputs = 200;        ///< least number of evenly spaced times at which motions are compared
+  int repeats = 3;          ///< runs per reported time; the median counts
 };
 
-/// A model of the scene, and what it costs. Its time is that of one run by dop853 (arkode where that does not
-/// come through) at a tenth of the accuracy that errors are taken with.
+/// A model of the scene, and its cost. Time and evaluations are those of one run by dop853 (arkode if dop853
+/// fails) at a tenth of the accuracy used for errors.
 struct EconomyModel {
-  std::string change;      ///< what was locked last, e.g. "coordinate 'wrist'"; empty: the whole model
-  double error = 0;        ///< of all quantities the largest, against the whole model
+  std::string change;      ///< the last locked coordinate, e.g. "coordinate 'wrist'"; empty: the whole model
+  double error = 0;        ///< largest error of all quantities against the whole model
   std::string worst = {};  ///< which quantity that is
-  int coordinates = 0, bodies = 0, rows = 0;  ///< velocities (driven too), moving bodies, constraints' rows
+  int coordinates = 0, bodies = 0, rows = 0;  ///< velocities (also driven), moving bodies, constraint rows
   long evaluations = 0;
-  double seconds = 0;  ///< of processor time; the only number here that differs from run to run
+  double seconds = 0;  ///< processor time, s; the only number here that differs from run to run
 };
 
-/// What stays: locking it would be off by so much, or does not work at all.
+/// A change that was refused: its error is too large, or it is impossible.
 struct EconomyRefusal {
   std::string change;
-  double error = 0;         ///< NaN: there is a reason
-  std::string reason = {};  ///< why it cannot be
+  double error = 0;         ///< NaN: see `reason`
+  std::string reason = {};  ///< why the change is impossible
 };
 
 struct Economy {
   std::string scene;
-  double tolerance = 0, accuracy = 0;  ///< the latter: that motions were computed with
+  double tolerance = 0, accuracy = 0;  ///< `accuracy`: of the computed motions
   std::vector<std::string> quantities;
-  int instants = 0;                      ///< motions were compared at
-  bool sparse = false;                   ///< the whole model's steps are shorter than these tell apart
-  std::vector<EconomyModel> models;      ///< the whole one first, then one change more each
-  std::vector<EconomyRefusal> refusals;  ///< what was left in the end
+  int instants = 0;                  ///< number of times at which motions were compared
+  bool sparse = false;               ///< the whole model's steps are shorter than the spacing of these times
+  std::vector<EconomyModel> models;  ///< the whole model first, then one more change each
+  std::vector<EconomyRefusal> refusals;  ///< changes refused at the end
   Scene smallest;
-  int runs = 0;          ///< what the search itself took: motions computed,
-  long evaluations = 0;  ///< with so many evaluations,
-  double seconds = 0;    ///< and of processor time, s, with the runs that times are told by
+  int runs = 0;          ///< cost of the search: number of motions computed
+  long evaluations = 0;  ///< evaluations in all
+  double seconds = 0;    ///< processor time of the search, including the timed runs, s
 };
 
-/// Motions are computed to a hundredth of the tolerance (SimulationSettings::accuracy: method and tolerance
-/// are chosen, and the error is shown) of the whole model and of each change that is taken; changes are tried
-/// by one run each, and tried again only where what they were off by before is the least of all. A change
-/// that is off by more than ten times the tolerance is not tried again, and a run that takes three times the
-/// evaluations of the whole model's is given up. Where no single change is left that
-/// will do, the six that are off least are tried in pairs, for two may undo each other's error (a left and a
-/// right ankle). Locked coordinates, driven ones too, rest where the assembled scene starts; efforts and
-/// constraints on locked coordinates alone fall away.
+/// Motions of the whole model and of each accepted change are computed to a hundredth of the tolerance
+/// (SimulationSettings::accuracy chooses method and tolerance, and estimates the error). Each candidate
+/// change gets one run. It is tried again only when its earlier error is the smallest of all, and never if
+/// that error exceeded ten times the tolerance. A run is aborted at three times the evaluations of the whole
+/// model's. When no single change is left, the six with the smallest errors are tried in pairs, since two
+/// errors may cancel (a left and a right ankle). Locked coordinates, also driven ones, keep their values in
+/// the assembled start. Efforts and constraints that act on locked coordinates only are removed.
 ///
-/// Motions are compared at four instants at least to a step of the whole model's (their median), and at
-/// 20000 at most.
+/// Motions are compared at four times or more per step of the whole model (median step), and at 20000 times
+/// at most.
 ///
-/// Fails where the scene does not compile, a quantity is not there, or the whole model's motion cannot be
-/// computed so well (chaos: shorten the run).
+/// Errors: the scene does not compile, a quantity does not exist, or the whole model's motion cannot be
+/// computed to that accuracy (chaos: shorten the run).
 Result<Economy> scene_economy(
     const Scene& scene, const EconomySettings& settings,
     const std::function<void(const std::string&, double)>& progress = [](const std::string&, double) {});

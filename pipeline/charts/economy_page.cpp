@@ -36,7 +36,7 @@ std::vector<std::pair<std::string, Plot>> economy_plots(const Economy& economy) 
   for (const EconomyModel& model : economy.models) {
     const double count = model.coordinates;
     errors.x.push_back(count);
-    // nothing is off less than the accuracy tells
+    // errors below the accuracy cannot be resolved
     errors.y.push_back(std::max(model.error, economy.accuracy));
     bound.x.push_back(count);
     bound.y.push_back(economy.tolerance);
@@ -45,7 +45,7 @@ std::vector<std::pair<std::string, Plot>> economy_plots(const Economy& economy) 
     errors.tips.push_back(tip(model));
     times.tips.push_back(tip(model));
   }
-  if (bound.x.size() == 1) {  // no line
+  if (bound.x.size() == 1) {  // a single point makes no line
     bound.x = {bound.x[0] - 0.5, bound.x[0] + 0.5};
     bound.y.push_back(economy.tolerance);
   }

@@ -1,4 +1,4 @@
-// What the search for a smaller model has to show: drawings, a page, a table.
+// Output of the search for a smaller model: drawings, a page, a table.
 #pragma once
 
 #include <string>
@@ -10,14 +10,14 @@
 
 namespace borelli {
 
-/// Error, and processor time, against the number of coordinates left: file name and drawing.
+/// File name and drawing of error and of processor time, each against the number of remaining coordinates.
 std::vector<std::pair<std::string, Plot>> economy_plots(const Economy& economy);
 inline std::vector<std::string> economy_plot_names() { return {"error", "time"}; }
 
-/// `warnings`: the model reader's.
+/// `warnings`: from the reader of the model.
 std::string economy_page(const Economy& economy, const std::vector<std::string>& warnings = {});
 
-/// A line per model.
+/// One line per model.
 std::string economy_csv(const Economy& economy);
 
 /// "10 of 16 coordinates and 4 of 6 solids do within 0.01, in 0.4 of the time".

@@ -70,7 +70,7 @@ Result<Ladder> parse_ladder(const std::string& text, const std::string& what, in
     const double share = double(i) / (count - 1);
     const double value =
         ladder.logarithmic ? *low * std::pow(*high / *low, share) : *low + share * (*high - *low);
-    // as a person would write it
+    // rounded as a person would write it
     ladder.values.push_back(i == 0           ? *low
                             : i == count - 1 ? *high
                                              : std::stod(fmt::format("{:.12g}", value)));
@@ -81,7 +81,7 @@ Result<Ladder> parse_ladder(const std::string& text, const std::string& what, in
 std::vector<double> tile_bounds(const Ladder& ladder) {
   const std::vector<double>& v = ladder.values;
   const auto middle = [&](double a, double b) { return ladder.logarithmic ? std::sqrt(a * b) : (a + b) / 2; };
-  // of one value alone: as if its neighbours were twice and half of it, or half a unit off
+  // a single value: as if its neighbours were twice and half of it, or one unit away
   if (v.size() == 1)
     return ladder.logarithmic ? std::vector{v[0] / std::sqrt(2.), v[0] * std::sqrt(2.)}
                               : std::vector{v[0] - 0.5, v[0] + 0.5};

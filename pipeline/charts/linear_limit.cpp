@@ -14,13 +14,15 @@ using Complex = std::complex<double>;
 
 constexpr double unbounded = std::numeric_limits<double>::infinity();
 
-// what counts as no real part: of an eigenvalue's size, as rounding leaves it to undamped swings
+// real parts below this share of the eigenvalue's size count as zero: rounding leaves that much on undamped
+// oscillations
 constexpr double no_damping = 1e-7;
 
-// what counts as no eigenvalue, 1/s: the root of what rounding leaves of forces that balance
+// eigenvalues below this count as zero, 1/s: the square root of the rounding error of balanced forces
 constexpr double no_change = 1e-6;
 
-/// Of 1 + z + ... + z^order / order!, which Runge-Kutta methods of as many stages share.
+/// Stability polynomial 1 + z + ... + z^order / order! of Runge-Kutta methods with as many stages as their
+/// order.
 Complex amplification(int order, Complex z) {
   Complex sum = 1, term = 1;
   for (int k = 1; k <= order; ++k) {
@@ -30,12 +32,12 @@ Complex amplification(int order, Complex z) {
   return sum;
 }
 
-/// The largest y with |R(y direction)| <= 1 from 0 on. (No polynomial of order 4 or less reaches beyond 4.)
+/// The largest y such that |R(y direction)| <= 1 on all of [0, y]. (For order 4 or less, y is below 4.)
 double boundary(int order, Complex direction) {
   const auto grows = [&](double y) { return std::abs(amplification(order, y * direction)) > 1 + 1e-12; };
   double low = 0, high = 0;
   for (int i = 1; i <= 4000 && high == 0; ++i) (grows(i * 1e-3) ? high : low) = i * 1e-3;
-  // (a method that grows at any step does so by less than rounding tells at the shortest of these)
+  // growth at the shortest tried steps is below rounding, so a method that grows at every step ends here
   if (low < 0.003) return 0;
   for (int i = 0; i < 50; ++i) {
     const double middle = 0.5 * (low + high);
@@ -59,8 +61,7 @@ std::optional<SmallDeviations> deviations_from_start(const System& system) {
   return SmallDeviations{{values.begin(), values.end()}, by->acceleration_by_v.cwiseAbs().maxCoeff() > 0};
 }
 
-// a real part below this part of an eigenvalue's size may be rounding's: where several are one, it leaves
-// much
+// real parts below this share of the eigenvalue's size may be rounding, which multiple eigenvalues amplify
 constexpr double no_growth = 1e-3;
 
 double growth_rate(const SmallDeviations& deviations) {

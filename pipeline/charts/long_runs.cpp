@@ -22,7 +22,7 @@ double mean(const std::vector<double>& values, std::size_t begin, std::size_t en
   return sum / double(end - begin);
 }
 
-/// Of what the scene conserves, the largest change since the start over its size, by row.
+/// Largest change since the start of the conserved momenta, over their size, by row.
 std::vector<double> momentum_errors(const System& system, const Trajectory& t) {
   const auto momenta = conserved_momenta(system, system.parameters);
   std::vector<double> out;
@@ -53,8 +53,8 @@ void judge_energy(LongRun& run) {
   const double change = mean(run.energy, count - quarter, count) - mean(run.energy, 0, quarter);
   run.drift = change / (mean(run.times, count - quarter, count) - mean(run.times, 0, quarter));
   run.secular = std::abs(change) > run.swing;
-  // what swings more than it drifts still adds up where the means of all eighths follow each other in order
-  // (which chance brings about in one of 20000 runs) and go on by more than what chance leaves of the swing
+  // A drift smaller than the swing is still secular if the means of all eighths are monotone (by chance in
+  // one of 20000 runs) and the change exceeds the random part of the swing's mean.
   if (count < 16 || run.secular) return;
   const auto eighth = [&](std::size_t i) { return mean(run.energy, i * count / 8, (i + 1) * count / 8); };
   bool ordered = std::abs(change) > run.swing / std::sqrt(double(count) / 8);
@@ -89,9 +89,9 @@ LongRun one_run(const System& system, SimulationSettings how, long steps) {
 
 Curve curve_of(const LongRun& run, const std::vector<double>& values) {
   Curve curve{.name = run.method};
-  for (std::size_t i = 1; i < values.size(); ++i) {  // (no error at the start)
+  for (std::size_t i = 1; i < values.size(); ++i) {  // no error at the start
     curve.x.push_back(run.times[i]);
-    // what is not off at all stands at the foot
+    // zero errors are drawn at the lower edge
     curve.y.push_back(std::max(std::abs(values[i]), 1e-17));
   }
   return curve;

@@ -1,4 +1,4 @@
-// What becomes of energy and momentum over a hundred thousand steps.
+// Drift of energy and momentum over a hundred thousand steps.
 #pragma once
 
 #include <algorithm>
@@ -15,26 +15,27 @@ namespace borelli {
 struct LongRunSettings {
   std::vector<std::string> methods = {};  ///< of integrator_names(); empty: all
   Equations equations = Equations::recursive;
-  long steps = 100000;   ///< of fixed methods; adaptive ones run as long in time, in as many steps at most
+  long steps = 100000;   ///< fixed methods; adaptive methods run for the same time, in as many steps at most
   double step = 0;       ///< s; 0: the scene's
   double tolerance = 0;  ///< 0: the scene's
 };
 
-/// One method's run, at a thousand times.
+/// One method's run, recorded at a thousand times.
 struct LongRun {
   std::string method;
-  std::string reason = {};          ///< why it did not come to its end; empty: it did
-  std::vector<double> times = {};   ///< s
-  std::vector<double> energy = {};  ///< kinetic + potential - work, less its start, over what was turned over
-  /// Of all momenta that the scene conserves, the one farthest off, over its size; empty: it conserves none.
+  std::string reason = {};         ///< why the run did not finish; empty: it finished
+  std::vector<double> times = {};  ///< s
+  std::vector<double> energy =
+      {};  ///< change of kinetic + potential - work since the start, over the turnover
+  /// Error of the conserved momentum that is farthest off, over its size; empty: the scene conserves none.
   std::vector<double> momentum = {};
-  double swing = 0;      ///< of energy to and fro, over the first quarter: its largest less its least
-  double drift = 0;      ///< 1/s: from the mean of the first quarter to that of the last
-  bool secular = false;  ///< what it drifts by over the run exceeds the swing, or goes on and on: it adds up
+  double swing = 0;      ///< oscillation of the energy: largest minus smallest in the first quarter
+  double drift = 0;      ///< systematic drift: above the swing over the run, or monotone over its eighths
+  bool secular = false;  ///< the drift is systematic: it exceeds the swing over the run, or keeps one sign
   long evaluations = 0;
 
-  /// Whether the energy is off by more than a tenth of what was turned over: that it goes to and fro is then
-  /// no merit.
+  /// Whether the energy error exceeds a tenth of the turnover. Such an energy deserves no praise for merely
+  /// oscillating.
   bool large() const {
     return std::any_of(energy.begin(), energy.end(), [](double x) { return std::abs(x) > 0.1; });
   }
@@ -46,13 +47,13 @@ struct LongRuns {
   std::vector<LongRun> runs;
 };
 
-/// Fails where the scene does not compile or settings make no sense; a method that fails says so in its run.
+/// Errors: the scene does not compile, or settings make no sense. A method that fails gives a run with a
+/// reason.
 Result<LongRuns> long_runs(
     const Scene& scene, const LongRunSettings& settings,
     const std::function<void(double)>& progress = [](double) {});
 
-/// Energy over time of methods that add up errors and of those that do not, then momentum: file name and
-/// drawing.
+/// File name and drawing: energy of methods with secular drift, energy of those without, momentum.
 std::vector<std::pair<std::string, Plot>> long_run_plots(const LongRuns& runs);
 inline std::vector<std::string> long_run_plot_names() {
   return {"energy_secular", "energy_bounded", "momentum"};
@@ -60,7 +61,7 @@ inline std::vector<std::string> long_run_plot_names() {
 
 std::string long_runs_page(const LongRuns& runs, const std::vector<std::string>& warnings = {});
 
-/// A line per method: swing, drift, verdict.
+/// One line per method: swing, drift, verdict.
 std::string long_runs_csv(const LongRuns& runs);
 
 }  // namespace borelli

@@ -15,7 +15,7 @@ std::vector<Eigen::Vector3d> gravity_centres(const Scene& scene) {
   for (const Solid& solid : scene.solids) {
     Eigen::Vector3d moment = Eigen::Vector3d::Zero();
     double mass = 0;
-    const auto parts = inertials_of(solid).value();  // (compile has seen to them)
+    const auto parts = inertials_of(solid).value();  // compile has checked them
     for (const Inertial& part : parts) {
       moment += part.mass * part.centre;
       mass += part.mass;

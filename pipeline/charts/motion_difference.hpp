@@ -1,4 +1,4 @@
-// How far two motions of the same solids are apart: what error means in charts.
+// Difference between two motions of the same solids: the definition of error in charts.
 #pragma once
 
 #include <vector>
@@ -11,18 +11,17 @@ namespace borelli {
 struct MotionDifference {
   double position = 0;     ///< m, of a solid's gravity centre
   double orientation = 0;  ///< rad, the angle between two orientations
-  /// Takes what is larger.
+  /// Keeps the larger of each number.
   void widen(const MotionDifference& other);
 };
 
-/// The gravity centre of each solid in its own frame, m; the origin where it has no mass. Of a scene that
-/// compiles.
+/// Gravity centre of each solid in its own frame, m; the origin if it has no mass. The scene must compile.
 std::vector<Eigen::Vector3d> gravity_centres(const Scene& scene);
 
-/// By how much two poses of one solid differ, whose gravity centre is at `centre` in its frame.
+/// Difference between two poses of one solid with its gravity centre at `centre` in its own frame.
 MotionDifference pose_difference(const Pose& a, const Pose& b, const Eigen::Vector3d& centre);
 
-/// The largest over all solids, of which a and b hold a pose each.
+/// The largest difference over all solids; `a` and `b` hold one pose per solid.
 MotionDifference motion_difference(const Pose* a, const Pose* b, const std::vector<Eigen::Vector3d>& centres);
 
 }  // namespace borelli

@@ -45,13 +45,12 @@ const CoordinateInfo* info_of(const System& system, const std::string& name) {
 
 double mass_of(const Solid& solid) {
   double mass = 0;
-  const auto parts = inertials_of(solid).value();  // (compile has seen to them)
+  const auto parts = inertials_of(solid).value();  // compile has checked them
   for (const Inertial& part : parts) mass += part.mass;
   return mass;
 }
 
-/// A coordinate's positions at a row; a driven ball's as the quaternion of its turn. Empty: the trajectory
-/// does not have it.
+/// A coordinate's positions at a row; a driven ball's as its quaternion. Empty: not in the trajectory.
 Eigen::VectorXd position_in(const Trajectory& t, const std::string& name, std::size_t row) {
   for (const CoordinateInfo& info : t.coordinates)
     if (info.name == name) return t.q.row(Eigen::Index(row)).segment(info.q_index, info.q_size);
@@ -65,7 +64,7 @@ Eigen::VectorXd position_in(const Trajectory& t, const std::string& name, std::s
   return {};
 }
 
-/// What a text says, whatever the scene is.
+/// A parsed text, independent of the scene.
 struct Form {
   MotionQuantity::Kind kind = MotionQuantity::Kind::centre;
   std::string name = {};

@@ -18,7 +18,7 @@ constexpr long energy_rows = 256;
 constexpr const char* names[] = {"stable",  "inaccurate", "energy loss", "energy growth", "constraint drift",
                                  "blow-up", "not solved", "refused",     "unfinished"};
 
-// how the engine says that numbers ran away: coordinates and velocities, accelerations (simulate, equations)
+// the engine's messages about divergence: coordinates and velocities, accelerations (simulate, equations)
 constexpr const char* runaway[] = {"has grown to", "no longer a finite number", "is not a finite number"};
 
 Outcome of_error(const Error& error) {
@@ -34,20 +34,20 @@ double largest_residual(const Certificate& c) {
   return most;
 }
 
-/// Steps of one length, exactly so long: as many whole ones lie between rows.
+/// Sets fixed steps and an output interval that is an exact multiple of the step.
 void set_lengths(SimulationSettings& how, double start, const RunLengths& lengths) {
   const double wanted = std::ceil((how.end_time - start) / how.step - 1e-9);
   const long steps = long(std::clamp(wanted, double(lengths.least), double(lengths.most)));
   const long between = std::max(1L, steps / energy_rows);
-  // to the end at least, but not beyond the most
+  // at least to the scene's end, but within the largest number of steps
   const long count = (steps + (wanted > double(steps) ? 0 : between - 1)) / between;
   how.output_interval = double(between) * how.step;
   how.end_time = start + double(count) * how.output_interval;
 }
 
-/// Whether the energy itself (kinetic and potential) is more in the last quarter than in the one before, on
-/// average, by more than what was put in since and `least`: an error that still adds up while dampers take
-/// more than that is no instability.
+/// Whether the energy itself (kinetic and potential) has a higher mean in the last quarter than in the one
+/// before, by more than the work since plus `least`. An error that accumulates while dampers remove more is
+/// not an instability.
 bool rises(const Trajectory& t, std::size_t quarter, double least) {
   const std::size_t count = t.times.size(), half = count - 2 * quarter;
   double gain = 0, given = 0;
@@ -112,12 +112,12 @@ Tried try_run(const System& system, SimulationSettings how, double setting, cons
     stopped = adaptive && ++steps >= lengths.most;
     return !stopped;
   };
-  const bool cut = how.end_time < wanted - 1e-9 * (wanted - start);  // short of the scene's end
+  const bool cut = how.end_time < wanted - 1e-9 * (wanted - start);  // shorter than the scene
   Tried out{.end = how.end_time};
   const auto trajectory = simulate(system, system.initial, how, observer);
   if (!trajectory) {
     out.outcome = of_error(trajectory.error());
-    // what cannot be solved after the scene's end is none of this scene's (two steps: a run of whole ones)
+    // a failure after the scene's end does not concern the scene (two steps: a run has whole ones)
     if (out.outcome == Outcome::not_solved && !adaptive && lengths.least > 1 &&
         how.end_time > wanted + 2 * how.step) {
       how.end_time = wanted;

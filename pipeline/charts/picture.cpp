@@ -27,7 +27,7 @@ Result<void> write_plots(const std::vector<std::pair<std::string, Plot>>& plots,
   for (const std::string& name : all)
     if (std::none_of(plots.begin(), plots.end(), [&](const auto& plot) { return plot.first == name; }))
       for (const std::string& file : plot_files({name})) {
-        std::error_code ignored;  // (what cannot be removed does no harm)
+        std::error_code ignored;  // a file that cannot be removed does no harm
         std::filesystem::remove(folder / file, ignored);
       }
   for (const auto& [name, plot] : plots) {

@@ -18,7 +18,7 @@ namespace borelli {
 namespace {
 
 constexpr double width = 720, left = 78, right = 22, plot_height = 300;
-constexpr double character = 6.8;  // mean advance of the 12 px sans-serif text, a little on the wide side
+constexpr double character = 6.8;  // mean advance of the 12 px sans-serif text, rather too wide
 
 constexpr std::array<std::string_view, 7> colours{"#0072B2", "#D55E00", "#000000", "#009E73",
                                                   "#CC79A7", "#E69F00", "#56B4E9"};
@@ -62,12 +62,12 @@ std::string tick_text(double value, bool logarithmic) {
   return fmt::format("{:.3g}×10{}", factor, superscript(exponent));
 }
 
-// Of the curves of one colour each has a dash of its own.
+// Curves of the same colour have different dashes.
 std::string_view dash_of(std::size_t number) {
   return dashes[(number + number / colours.size()) % dashes.size()];
 }
 
-// Fills of tiles, from pale to dark, and what they are hatched with, so that grey print tells them apart.
+// Fills of tiles, from pale to dark, with hatching that distinguishes them in grey print.
 struct Fill {
   std::string_view colour, hatch;
 };
@@ -85,7 +85,7 @@ struct Point {
   double x, y;
 };
 
-// In each column of half a pixel only the first, lowest, highest and last point count: the eye sees no more.
+// Keeps only the first, lowest, highest and last point of each half-pixel column: no more is visible.
 std::vector<Point> thinned(const std::vector<Point>& line) {
   if (line.size() < 2000) return line;
   std::vector<Point> out;
@@ -104,7 +104,7 @@ std::vector<Point> thinned(const std::vector<Point>& line) {
   return out;
 }
 
-// The pieces of a curve between values that cannot be drawn, in the drawing's pixels.
+// The pieces of a curve between undrawable values, in the drawing's pixels.
 std::vector<std::vector<Point>> pieces(const Curve& curve, const PlotScale& x, const PlotScale& y,
                                        double top) {
   std::vector<std::vector<Point>> out(1);
@@ -114,7 +114,7 @@ std::vector<std::vector<Point>> pieces(const Curve& curve, const PlotScale& x, c
       if (!out.back().empty()) out.emplace_back();
       continue;
     }
-    // far outside of the frame a coordinate is cut, or a diverging run would overflow the viewer's numbers
+    // far outside the frame coordinates are clamped: a diverging run would overflow the viewer's numbers
     out.back().push_back({left + std::clamp(u, -10., 10.) * (width - left - right),
                           top + (1 - std::clamp(v, -10., 10.)) * plot_height});
   }
@@ -147,7 +147,7 @@ void draw_axes(std::string& out, const Plot& plot, const PlotScale& x, const Plo
                      (top + bottom) / 2, escaped(plot.y.label));
 }
 
-// A dot, or a square or triangle of the same weight; `number` counts the curves.
+// A dot, square or triangle of equal visual weight; `number` counts the curves.
 std::string mark(double x, double y, std::size_t number, std::string_view colour, bool hollow) {
   const std::string paint = fmt::format("stroke='{}' fill='{}'", colour, hollow ? "#fff" : colour);
   if (number < colours.size()) return fmt::format("<circle cx='{:.2f}' cy='{:.2f}' r='3.2' {}", x, y, paint);
@@ -160,7 +160,7 @@ std::string_view mark_element(std::size_t number) {
   return number < colours.size() ? "circle" : number < 2 * colours.size() ? "rect" : "path";
 }
 
-// An element, begun but not closed, with its tip.
+// Completes an element, with its tip.
 std::string closed(const std::string& element, std::string_view name, const std::string& tip) {
   return tip.empty() ? element + "/>\n"
                      : fmt::format("{}><title>{}</title></{}>\n", element, escaped(tip), name);
@@ -169,11 +169,11 @@ std::string closed(const std::string& element, std::string_view name, const std:
 std::string points_of(const std::vector<Point>& piece) {
   std::string out;
   for (const Point& p : piece) out += fmt::format("{:.2f},{:.2f} ", p.x, p.y);
-  // (a line of one point has no caps; of two it is a dot as broad as the line)
+  // (a polyline of one point draws nothing; two points give a dot as broad as the line)
   return piece.size() == 1 ? out + fmt::format("{:.2f},{:.2f} ", piece[0].x + 0.01, piece[0].y) : out;
 }
 
-/// What sets a curve off from tiles.
+/// A white outline that separates a curve from tiles.
 void draw_halo(std::string& out, const Curve& curve, const PlotScale& x, const PlotScale& y, double top) {
   out += fmt::format("<g data-curve='{}'>\n", escaped(curve.name));
   for (const auto& piece : pieces(curve, x, y, top))
@@ -207,7 +207,7 @@ void draw_curve(std::string& out, const Curve& curve, std::size_t number, const 
   out += "</g>\n";
 }
 
-// A box around a point: half its width and height.
+// A box around a point, with half its width and height.
 struct TextBox {
   Point at;
   double wide, high;
@@ -217,11 +217,11 @@ bool overlap(const TextBox& a, const TextBox& b) {
   return std::abs(a.at.x - b.at.x) < a.wide + b.wide && std::abs(a.at.y - b.at.y) < a.high + b.high;
 }
 
-// The numbers of faint curves, each beside its last point that has room for it: clear of all dots, of the
+// Numbers of faint curves. Each stands beside the last of its points that has room: clear of all dots, of the
 // crosses at the edge and of other numbers.
 void draw_numbers(std::string& out, const Plot& plot, const PlotScale& x, const PlotScale& y, double top) {
-  constexpr double dot = 4.5, high = 4.5;  // with a pixel of white around
-  // where a number may stand beside its point, best first
+  constexpr double dot = 4.5, high = 4.5;  // includes a white pixel around
+  // positions of a number relative to its point, best first
   constexpr std::array<Point, 8> beside{
       {{1, -1}, {1, 1}, {-1, -1}, {-1, 1}, {0, -1}, {0, 1}, {1, 0}, {-1, 0}}};
   std::vector<TextBox> taken;
@@ -276,12 +276,12 @@ void draw_edge(std::string& out, const std::vector<EdgeMark>& edge, const PlotSc
   }
 }
 
-// Letters, not bytes, of a UTF-8 text.
+// Number of characters, not bytes, of a UTF-8 text.
 std::size_t letters(std::string_view text) {
   return std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; });
 }
 
-// The patterns of kinds, hatched ones; `frame` keeps the names of several plots on one page apart.
+// Hatching patterns of kinds; `frame` makes their ids unique among several plots on one page.
 std::string patterns(std::size_t frame) {
   std::string out;
   for (std::size_t kind = 0; kind < fills.size(); ++kind)
@@ -316,7 +316,8 @@ void draw_tiles(std::string& out, const Plot& plot, const PlotScale& x, const Pl
   }
 }
 
-// Names beside samples of their lines or fills, in rows above the frame. Returns the height of the rows.
+// Draws names beside samples of their lines or fills, in rows above the frame. Returns the height of the
+// rows.
 double draw_legend(std::string& out, const Plot& plot, double top, std::size_t frame) {
   double u = left, v = top;
   const auto place = [&](const std::string& name, double sample) {
@@ -351,14 +352,14 @@ double draw_legend(std::string& out, const Plot& plot, double top, std::size_t f
   return u == left ? 0 : v - top + 19;
 }
 
-// A sentence broken at blanks into lines of at most `most` letters.
+// Wraps a sentence at blanks into lines of at most `most` characters.
 std::vector<std::string> wrapped(std::string_view sentence, std::size_t most) {
   std::vector<std::string> lines;
   std::string line;
   for (std::size_t begin = 0; begin < sentence.size();) {
     const std::size_t end = std::min(sentence.find(' ', begin), sentence.size());
     std::string_view word = sentence.substr(begin, end - begin);
-    for (; letters(word) > most; word.remove_prefix(most)) {  // (a file's name)
+    for (; letters(word) > most; word.remove_prefix(most)) {  // e.g. a file's name
       if (!line.empty()) lines.push_back(std::exchange(line, {}));
       lines.emplace_back(word.substr(0, most));
     }
@@ -379,12 +380,12 @@ bool share_x(const std::vector<Curve>& curves) {
 
 std::string svg(const Plot& plot) {
   std::string body, legend;
-  // a name of its own, since several plots may stand on one page
+  // a unique id, since several plots may be on one page
   const std::size_t frame = std::hash<std::string>()(plot.title + plot.x.label + plot.y.label);
   const std::vector<std::string> title = wrapped(plot.title, 72);
   const double below_title = 18 * (std::max(1., double(title.size())) - 1);
   const double top = 36 + below_title + draw_legend(legend, plot, 48 + below_title, frame) + 4;
-  // marks stand clear of the frame
+  // keep marks away from the frame
   const bool marks =
       std::any_of(plot.curves.begin(), plot.curves.end(), [](const Curve& c) { return c.marks; });
   const PlotScale x = scale_of(plot.x, plot.curves, &Curve::x, 8, marks ? 0.02 : 0),

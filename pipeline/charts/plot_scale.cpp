@@ -5,7 +5,7 @@
 namespace borelli {
 namespace {
 
-// A round step (1, 2 or 5 times a power of ten) that parts a range into about `pieces`.
+// A round step (1, 2 or 5 times a power of ten) that divides a range into about `pieces`.
 double round_step(double range, int pieces) {
   const double rough = range / pieces, power = std::pow(10, std::floor(std::log10(rough)));
   const double factor = rough / power;
@@ -18,7 +18,7 @@ void set_linear(PlotScale& scale, const Axis& axis, int pieces) {
     scale.low -= half, scale.high += half;
   }
   double step = round_step(scale.high - scale.low, pieces);
-  if (axis.whole_numbers) {  // a margin, so that the first and last marks stand free of the frame
+  if (axis.whole_numbers) {  // a margin keeps the first and last marks away from the frame
     step = std::max(1., std::round(step));
     if (!axis.low) scale.low -= 0.3 * step;
     if (!axis.high) scale.high += 0.3 * step;
@@ -30,7 +30,7 @@ void set_linear(PlotScale& scale, const Axis& axis, int pieces) {
     scale.ticks.push_back(t * step);
 }
 
-// 1, 2 or 5 times a power of ten: the nearest such number at or below (above) a value.
+// The nearest 1, 2 or 5 times a power of ten at or below (above) a value.
 double round_below(double value) {
   const double power = std::pow(10, std::floor(std::log10(value) + 1e-9)), factor = value / power;
   return power * (factor < 2 - 1e-9 ? 1 : factor < 5 - 1e-9 ? 2 : 5);

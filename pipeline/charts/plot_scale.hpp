@@ -1,4 +1,4 @@
-// The range of a drawing's axis, and the numbers that stand along it.
+// Range and tick values of a drawing's axis.
 #pragma once
 
 #include <cmath>
@@ -14,7 +14,7 @@ struct PlotScale {
   bool logarithmic = false;
   std::vector<double> ticks;
 
-  /// Position in [0, 1] along the axis; not finite where the value has none.
+  /// Position in [0, 1] along the axis; not finite if the value has none.
   double at(double v) const {
     if (!logarithmic) return (v - low) / (high - low);
     if (!(v > 0)) return std::numeric_limits<double>::quiet_NaN();
@@ -22,8 +22,8 @@ struct PlotScale {
   }
 };
 
-/// Of the values that curves have on an axis, a share `margin` added at either end (not beyond 0) and widened
-/// to round numbers, unless the axis gives its bounds; with about `pieces` ticks.
+/// Scale for the curves' values on an axis, with a share `margin` added at either end (not beyond 0), widened
+/// to round numbers unless the axis gives bounds; about `pieces` ticks.
 PlotScale scale_of(const Axis& axis, const std::vector<Curve>& curves, std::vector<double> Curve::*values,
                    int pieces, double margin);
 

@@ -27,23 +27,24 @@ double size_of(const MotionDifference& d) { return std::max(d.position, d.orient
 
 namespace {
 
-// Up to where two runs differ by no more they are a reference. Where that is not to the end, but by one of
-// the looser limits it is, that is taken: what is off by more is judged, over all the time that is asked for.
-// Not where they part ever faster: there a little more time costs all accuracies but the loosest.
+// Two runs are a reference as long as they differ by no more than the first limit. If that does not last to
+// the end but a looser limit does, the looser one counts: errors above it are judged over the whole time. Not
+// if the runs diverge: then a little more time would cost all accuracies but the loosest.
 constexpr double reference_limits[] = {1e-8, 1e-7, 1e-6, 1e-5};
 
-// a reference may take so many times the budget of a run
+// a reference may take this multiple of a run's budget
 constexpr double reference_patience = 100;
 
-// fewer outputs than that part of them are laid anew over what is left
+// if fewer than one in `scanty` outputs remain, they are distributed anew over the remaining time
 constexpr std::size_t scanty = 4;
 
-// two runs that part by more than the so-manieth power of time do so ever faster, as in chaos
+// two runs whose difference grows faster than this power of time diverge, as in chaos
 constexpr double steepest_growth = 6;
 
 constexpr double reference_tolerances[] = {1e-11, 1e-12, 1e-13, 1e-14};
 
-// s, about: an evaluation of the equations, which turns a budget of time into one that is the same each time
+// Approximate time of one evaluation of the equations, s. It turns a time budget into a reproducible number
+// of evaluations.
 double evaluation_time(const System& system) {
   const double n = system.nv, rows = system.rows;
   return 2e-7 * (2 + n) + 1e-8 * rows * rows;
@@ -67,8 +68,8 @@ class Search {
   }
 
  private:
-  /// One of the two that are to agree, made once; null: it does not come through, or takes too long. The
-  /// `rung`-th of a ladder of tolerances, or of steps.
+  /// A candidate for the reference, computed once: the `rung`-th of a ladder of tolerances or steps. Null: it
+  /// fails or takes too long.
   const Trajectory* reference_run(const std::string& method, std::size_t rung) {
     const auto [place, is_new] = made_.try_emplace({method, rung});
     std::optional<Trajectory>& out = place->second;
@@ -80,7 +81,7 @@ class Search {
     asked_.progress(fmt::format("reference: {}", reference_words(method, rung)));
     Observer observer;
     observer.limits.evaluations = reference_patience * asked_.budget / evaluation_time(system_);
-    // (a stiff scene costs an explicit method that much: first others are tried)
+    // (explicit methods are expensive on a stiff scene: other methods are tried first)
     observer.limits.leave_if_stiff = !stay_though_stiff_;
     auto t = simulate(system_, system_.initial, how, observer);
     if (!t)
@@ -89,7 +90,7 @@ class Search {
       why_not_ =
           fmt::format("{} would take more than {:.2g} evaluations", method, observer.limits.evaluations),
       stiff_ = stiff_ || std::isfinite(t->certificate.stiff_from);
-    else  // (a verdict may ask for more than a reference can give: what two unlike methods agree on is proof)
+    else  // a verdict may demand more than a reference can give; agreement of two unlike methods is proof
       out = std::move(*t);
     if (!out && rung == 0) fails_.insert(method);
     return out ? &*out : nullptr;
@@ -102,20 +103,21 @@ class Search {
                              how_.output_interval / (8 * std::pow(4, double(rung))));
   }
 
-  /// The last row up to which two runs agree to a limit.
+  /// The last row up to which two runs agree within a limit.
   static std::size_t agreement(const std::vector<MotionDifference>& d, double limit) {
     std::size_t row = 0;
     while (row + 1 < d.size() && size_of(d[row + 1]) < limit) ++row;
     return row;
   }
 
-  /// Whether two runs part ever faster from a row to a later one (of times after the first's).
+  /// Whether the difference of two runs grows faster than steepest_growth between two rows (both after the
+  /// first).
   static bool part_ever_faster(const std::vector<MotionDifference>& d, std::size_t from, std::size_t to) {
     const double before = size_of(d[from]), after = size_of(d[to]);
     return before > 0 && std::log(after / before) > steepest_growth * std::log(double(to) / double(from));
   }
 
-  /// Two runs, and up to which row they agree to a limit.
+  /// Two runs, and the last row up to which they agree within a limit.
   struct Agreed {
     std::string first, second;
     std::size_t rung = 0, row = 0;
@@ -124,7 +126,7 @@ class Search {
     double size() const { return size_of(differences[row]); }
   };
 
-  /// The pair that agrees to a limit for longest, or best.
+  /// The pair that agrees within a limit for longest; ties go to the closest pair.
   static Agreed longest(const std::vector<Agreed>& pairs, double limit) {
     Agreed best;
     for (Agreed now : pairs) {
@@ -167,7 +169,7 @@ class Search {
   }
 
   void look() {
-    // one step methods of high order of unlike making; implicit ones where these cannot get through
+    // unlike one-step methods of high order; implicit ones if these fail
     const char* stiff = system_.rows > 0 ? "arkode" : "cvode";
     const char* unlike = system_.rows > 0 ? "gauss6" : "arkode";
     using Pair = std::pair<const char*, const char*>;
@@ -219,15 +221,15 @@ class Search {
     found_.last_row = best->row;
   }
 
-  /// Where references part early, hardly an output is left to judge runs at: so many are laid over what is
-  /// left.
+  /// If the references diverge early, hardly any output remains to judge runs at; as many outputs are
+  /// distributed over the remaining time.
   void lay_outputs_anew() {
     constexpr int most = 4;
     for (int round = 0; round < most; ++round) {
       const bool found = found_.reference.found;
       if (found ? found_.last_row * scanty > std::size_t(asked_.outputs) : parted_.empty()) return;
       chaotic_ = chaotic_ || !found;
-      const std::size_t left = found ? found_.last_row : 1;  // (before the first output they may agree)
+      const std::size_t left = found ? found_.last_row : 1;  // before the first output they may agree
       how_.end_time = system_.initial.t + double(left) * how_.output_interval;
       how_.output_interval = (how_.end_time - system_.initial.t) / asked_.outputs;
       found_.reference = {};
@@ -247,14 +249,14 @@ class Search {
   const std::vector<Eigen::Vector3d>& centres_;
   const ReferenceRequest& asked_;
   SimulationSettings how_;
-  double span_ = 0;       ///< s, how long runs were to be
-  bool chaotic_ = false;  ///< over that time references part ever faster
-  // runs by method and rung, and what was found out
+  double span_ = 0;       ///< s, intended length of the runs
+  bool chaotic_ = false;  ///< over that time the references diverge
+  // runs by method and rung, and results of the search
   std::map<std::pair<std::string, std::size_t>, std::optional<Trajectory>> made_;
   std::set<std::string> fails_;
   bool stiff_ = false, stay_though_stiff_ = false;
   std::string why_not_;
-  std::string parted_;  ///< of two that came through: by how much they differ from the first output on
+  std::string parted_;  ///< two finished runs that differ from the first output on: by how much
   FoundReference found_;
 };
 

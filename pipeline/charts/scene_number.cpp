@@ -15,12 +15,12 @@
 namespace borelli {
 namespace {
 
-// paths that an error names
+// largest number of paths in an error
 constexpr std::size_t most_named = 6;
 
 constexpr std::string_view lists[] = {"solid", "effort", "constraint"};
 
-/// `name` of a table, or nothing.
+/// The `name` of a table, or empty.
 std::string name_in(const toml::node& node) {
   const toml::table* table = node.as_table();
   return table ? (*table)["name"].value_or(std::string()) : std::string();
@@ -32,7 +32,7 @@ double value_of(const toml::node& node) {
   return node.is_integer() ? double(node.as_integer()->get()) : node.as_floating_point()->get();
 }
 
-/// "solid[bar 2].joint[0]" as solid, [bar 2], joint, [0]: what stands in brackets keeps the opening one.
+/// Splits "solid[bar 2].joint[0]" into solid, [bar 2], joint, [0; bracketed steps keep the opening bracket.
 std::optional<std::vector<std::string>> steps_of(const std::string& path) {
   std::vector<std::string> out;
   std::string word;
@@ -58,7 +58,8 @@ std::optional<std::vector<std::string>> steps_of(const std::string& path) {
 
 const toml::node* entry(const toml::node& list, const std::string& which) {
   const toml::array* array = list.as_array();
-  if (!array) return which == "0" && list.is_table() ? &list : nullptr;  // one may stand without its list
+  if (!array)
+    return which == "0" && list.is_table() ? &list : nullptr;  // a single table may stand for a list of one
   for (const toml::node& node : *array)
     if (name_in(node) == which) return &node;
   std::size_t place = 0;
@@ -73,7 +74,7 @@ const toml::node* step_into(const toml::node& node, const std::string& step) {
   return table ? table->get(step) : nullptr;
 }
 
-/// The only solid, effort or constraint of that name.
+/// The unique solid, effort or constraint of that name.
 const toml::node* named(const toml::table& root, const std::string& name) {
   const toml::node* found = nullptr;
   for (const std::string_view list : lists)
@@ -87,7 +88,7 @@ const toml::node* named(const toml::table& root, const std::string& name) {
   return found;
 }
 
-/// What a path leads to, or null.
+/// The node at a path, or null.
 const toml::node* find(const toml::table& root, const std::string& path) {
   const auto steps = steps_of(path);
   if (!steps || steps->empty()) return nullptr;
@@ -114,7 +115,7 @@ void gather(const toml::node& node, const std::string& path, std::vector<std::st
 tl::unexpected<Error> no_number(const toml::table& root, const std::string& file, const std::string& path) {
   std::vector<std::string> all;
   gather(root, "", all);
-  // numbers of what the path names come first: of "spring.k" all of the spring's
+  // numbers of the named object come first: for "spring.k" all of the spring's
   const std::string of = fmt::format("[{}].", path.substr(0, path.rfind('.')));
   const auto far = [&](const std::string& number) {
     return std::pair(number.find(of) == std::string::npos, edit_distance(number, path));
@@ -127,7 +128,7 @@ tl::unexpected<Error> no_number(const toml::table& root, const std::string& file
                                                  fmt::join(all, ", ")));
 }
 
-/// Where a position in a text is; columns count letters, not bytes.
+/// Offset of a position in a text; columns count characters, not bytes.
 std::size_t offset_of(std::string_view text, const toml::source_position& at) {
   std::size_t i = 0;
   for (toml::source_index line = 1; line < at.line; ++line) i = text.find('\n', i) + 1;
@@ -139,7 +140,7 @@ std::size_t offset_of(std::string_view text, const toml::source_position& at) {
 }
 
 std::string written(double value) {
-  // a whole number takes a point: "-0" and 1e30 would not come back as they are
+  // whole numbers get a decimal point: "-0" and 1e30 would not be read back as they are
   const std::string out = fmt::format("{}", value);
   return out.find_first_of(".en") == std::string::npos ? out + ".0" : out;
 }

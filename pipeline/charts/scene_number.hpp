@@ -1,9 +1,9 @@
-// Any number in a scene's file by its path, so that a sweep can change it.
+// Reads and replaces any number in a scene's file by its path, for sweeps.
 //
-// A path goes from key to key by dots: `simulation.step`, `gravity[2]`, `solid[cube].shape.mass`,
-// `effort[spring].stiffness`, `solid[bar 2].joint[1].value`. In brackets stands the place in a list, from 0,
-// or the `name` of what stands there; a solid, effort or constraint may go by its name alone where no other
-// has it: `spring.stiffness`. Numbers of [simulation] that a file does not state may be set all the same.
+// A path joins keys by dots: `simulation.step`, `gravity[2]`, `solid[cube].shape.mass`,
+// `effort[spring].stiffness`, `solid[bar 2].joint[1].value`. Brackets hold an index into a list, from 0, or
+// the `name` of an element. A solid, effort or constraint with a unique name may be given by its name alone:
+// `spring.stiffness`. Numbers of [simulation] may be set even if the file does not state them.
 #pragma once
 
 #include <string>
@@ -13,8 +13,8 @@
 
 namespace borelli {
 
-/// The scene's text with `value` for the number at `path`, all else as it was, line for line. `file` names it
-/// in errors. Where there is no such number the error names those that come nearest.
+/// The scene's text with `value` as the number at `path`; all else stays the same, line for line. `file`
+/// names the text in errors. If there is no such number, the error names the nearest paths.
 Result<std::string> with_number(std::string_view text, const std::string& file, const std::string& path,
                                 double value);
 

@@ -75,18 +75,18 @@ class Mapping {
     return how;
   }
 
-  /// By a step, to a time before the scene's end and no further.
+  /// Runs with a fixed step up to a time before the scene's end.
   Tried tried_until(double end, std::size_t method, const Result<System>& system, double step) const {
     SimulationSettings how = settings_for(method, *system);
     how.end_time = end;
     return try_run(*system, how, step, {1, map_.lengths.most + 1});
   }
 
-  /// All settings of the ladder, from small to large, and the limits between them.
+  /// Runs all settings of the ladder, from small to large, and bisects the limits between them.
   void climb(std::size_t method, std::size_t column, const Result<System>& system) {
     StabilityLimit limit{method, column, none, none};
     bool stable = true, trusted = true, refused = false;
-    double unstable_from = none, cut = none, cut_end = none;  // (the largest setting of a run that was cut)
+    double unstable_from = none, cut = none, cut_end = none;  // `cut`: largest setting of an unfinished run
     for (const double setting : map_.ladder_of(method).values) {
       const Tried now = tried(method, system, setting);
       map_.cells.push_back({method, column, setting, now});
@@ -107,7 +107,7 @@ class Mapping {
     if (any && std::isfinite(unstable_from)) {
       refine(limit, unstable_from, [&](double step) { return tried(method, system, step); });
     } else if (!any && std::isfinite(cut) && !refused) {
-      // over equal times; a tolerance's run ended where its steps did
+      // compare over equal times; an adaptive run ends where its steps are used up
       const auto as_long = [&](double step) { return tried_until(cut_end, method, system, step); };
       limit.known = std::isfinite(unstable_from) && !method_is_adaptive(map_.methods[method]) &&
                     is_unstable(as_long(unstable_from).outcome);

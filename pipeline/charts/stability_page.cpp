@@ -13,7 +13,7 @@
 namespace borelli {
 namespace {
 
-// a million times, as a natural logarithm
+// a factor of a million, as a natural logarithm
 constexpr double much_growth = 13.8;
 
 std::string setting_words(const StabilityMap& map, std::size_t method, double setting) {
@@ -32,7 +32,7 @@ std::string tip(const StabilityMap& map, const StabilityCell& cell) {
   return t.reason.empty() ? out : out + "\n" + t.reason;
 }
 
-/// Of a number of the scene's file, by the last key on its path; empty: it has none, or several may be meant.
+/// Unit of a number in the scene's file, by the last key of its path; empty: none, or ambiguous.
 std::string_view unit_of(std::string_view path) {
   std::string_view key = path.substr(path.rfind('.') == path.npos ? 0 : path.rfind('.') + 1);
   key = key.substr(0, key.find('['));
@@ -109,7 +109,7 @@ std::vector<std::string> notes_of(const StabilityMap& map) {
   return notes;
 }
 
-/// A line through one number of a method's limits.
+/// A curve of one number of a method's limits.
 template <class Number>
 Curve line_of(const StabilityMap& map, std::size_t method, const std::string& name, Number&& number) {
   Curve curve{.name = name, .marks = true};
@@ -155,7 +155,7 @@ Plot map_of(const StabilityMap& map, std::size_t method) {
                  line_of(map, method, "trusted up to", [](const auto& l) { return l.trusted; }),
                  line_of(map, method, "linear limit at the start",
                          [](const auto& l) { return l.linear.value_or(NAN); })};
-  // theory stands as a line, the runs as points on theirs, and may lie beyond what was tried
+  // theory is a line and may lie beyond the tried settings; the runs are points on their own line
   if (map.sweep.scenes.size() > 1) plot.curves[2].marks = false;
   for (Curve& curve : plot.curves)
     for (double& value : curve.y)
@@ -164,7 +164,8 @@ Plot map_of(const StabilityMap& map, std::size_t method) {
   return plot;
 }
 
-/// Of one column alone, where limits would be a dot a method: what came of every method at every setting.
+/// For a single column, where limits would be one dot per method: the outcome of every method at every
+/// setting.
 Plot methods_plot(const StabilityMap& map, bool adaptive) {
   const Ladder& ladder = adaptive ? map.tolerances : map.steps;
   const std::vector<double> y = tile_bounds(ladder);
@@ -335,7 +336,7 @@ std::vector<std::pair<std::string, std::string>> failing_scenes(const StabilityM
       how.constraints = settings.constraints.value_or(how.constraints);
       (method_is_adaptive(how.method) ? how.tolerance : how.step) = nearest->setting;
       const auto text = write_scene(scene);
-      if (!text) continue;  // (a scene from a file can be written)
+      if (!text) continue;  // a scene from a file can always be written
       std::string outcome = name_of(Outcome(o));
       const std::string first = fmt::format("# fails: {} at {:.17g} by {}: {}\n", how.method,
                                             nearest->setting, outcome, nearest->tried.reason);

@@ -14,10 +14,10 @@
 namespace borelli {
 namespace {
 
-// mm: longest edges of voxels that are tried; beyond, wrists are lost
+// mm: longest edges of tried voxels; coarser ones lose the wrists
 constexpr double edges[] = {2, 3, 4, 5, 6, 8};
 
-// of all threads together, so that other work on the machine does not show
+// of all threads together, so that other processes do not count
 double processor_seconds() { return double(std::clock()) / CLOCKS_PER_SEC; }
 
 using Tables = std::vector<InertiaTable>;  // by parts_choices
@@ -165,7 +165,7 @@ const VolumeTrial* VolumeEconomy::pick(VolumeTrial::Of of, std::size_t choice) c
       fails = std::min(fails, trial.size);
   const VolumeTrial* best = nullptr;
   for (const VolumeTrial& trial : trials)
-    // (of what takes about as long the coarsest is the least; beyond one that fails it would be luck)
+    // of similar costs the coarsest is the smallest; beyond a failing one, success would be luck
     if (trial.of == of && trial.size < fails && (!best || trial.size > best->size)) best = &trial;
   return best;
 }

@@ -1,12 +1,11 @@
-// What a scan needs: voxels, the grid that parts are found on, the number of parts, the density curve, each
-// against the error of the inertia table and the time.
+// Finds how coarse a scan may be: varies voxels, work grid, number of parts and density curve, each against
+// the error of the inertia table and the time.
 //
-// Errors are against the table of the scan's own voxels with parts found on the finest grid
-// (grids_to_try), by entry_errors; they say what is lost from there, not what the scan itself is off by. How
-// far that table is off is not known: by how much it and the next coarser grid's differ is the least that the
-// errors can be trusted to, and nothing coarser is picked for a tolerance below.
-// Coarser voxels are means over blocks of the scan's own, as a scanner of thicker slices and larger pixels
-// gives.
+// Errors (entry_errors) are against the table of the scan's own voxels with parts found on the finest grid
+// (grids_to_try). They measure what coarsening loses, not the error of the scan itself. The reference's own
+// error is unknown. Its difference from the next coarser grid's table is the resolution of these errors;
+// nothing coarser is picked for a smaller tolerance. Coarser voxels are means over blocks of the scan's own,
+// like a scanner with thicker slices and larger pixels.
 #pragma once
 
 #include <array>
@@ -20,7 +19,7 @@
 
 namespace borelli {
 
-/// Parts that count as one: how many are left, and the SegmentChoice's text.
+/// Number of parts after merging, and the SegmentChoice's text.
 struct PartsChoice {
   int count;
   const char* segments;
@@ -32,54 +31,54 @@ inline constexpr PartsChoice parts_choices[] = {
      "thigh_right,shank_left,shank_right,foot_left,foot_right"},
     {6, "head,trunk,arm_left,arm_right,leg_left,leg_right"}};
 
-/// The scan measured with one thing coarser, or other, than as it is.
+/// A measurement of the scan with one property coarser or different.
 struct VolumeTrial {
   enum class Of { work_grid, voxels, density_curve };
   Of of = Of::work_grid;
-  double size = 0;          ///< mm, of the work grid or of the voxels' longest edge
-  std::string name = {};    ///< "4.5 mm", "4 x 4 x 5 mm", the curve's
-  double seconds = 0;       ///< of processor time, all threads: parts and table; the table alone for a curve
+  double size = 0;        ///< mm, of the work grid, or the voxels' longest edge
+  std::string name = {};  ///< "4.5 mm", "4 x 4 x 5 mm", or the curve's name
+  double seconds = 0;     ///< processor time of all threads, s: parts and table; for a curve the table alone
   std::string reason = {};  ///< why there is no table; empty: there is one
-  /// By parts_choices: the errors of their rows.
+  /// By parts_choices: the errors of its rows.
   std::vector<std::vector<EntryErrors>> errors = {};
-  double worst(std::size_t choice) const;  ///< infinite where there is no table
+  double worst(std::size_t choice) const;  ///< infinite if there is no table
 };
 
 struct VolumeEconomy {
   double tolerance = 0;
-  std::string curve = {};  ///< by which the scan's densities are told; empty: its voxels are densities
-  std::vector<VolumeTrial> trials = {};    ///< the first: the scan as it is, on the finest grid
+  std::string curve = {};                  ///< density curve of the scan; empty: its voxels are densities
+  std::vector<VolumeTrial> trials = {};    ///< first the scan as it is, on the finest grid
   std::vector<std::string> warnings = {};  ///< about the parts and table of the first trial
-  /// Of the grid next to the finest; null: there is none.
+  /// The trial on the grid next to the finest; null: there is none.
   const VolumeTrial* next_to_reference() const;
-  /// By how much the reference and that differ; 0: there is none.
+  /// Difference between that trial and the reference; 0: there is none.
   double doubt(std::size_t choice) const;
-  /// The coarsest of a kind (not curves) whose table of all such parts is within the tolerance, as are those
-  /// of all finer ones; null: none. Nothing but the finest where the tolerance is below the doubt.
+  /// The coarsest trial of a kind (not curves) for which it and all finer ones are within the tolerance;
+  /// null: none. Only the finest if the tolerance is below the doubt.
   const VolumeTrial* pick(VolumeTrial::Of of, std::size_t choice) const;
 };
 
-/// Means over blocks of voxels, so many along each axis; what is left over at the far faces falls away.
+/// Means over blocks of `factors` voxels along each axis; incomplete blocks at the far faces are dropped.
 GreyVolume coarsened(const GreyVolume& volume, const std::array<std::int64_t, 3>& factors);
 
-/// Edges (mm) that coarser voxels are tried with, with the factors that come nearest to them.
+/// Factors of the coarser voxels to try: those nearest to a list of edges in mm.
 std::vector<std::array<std::int64_t, 3>> coarser_voxels(const Grid& grid);
 
-/// Of a CT or density volume. Fails as segment() and measure() of it do.
+/// For a CT or density volume. Errors: as segment() and measure().
 Result<VolumeEconomy> volume_economy(
     const GreyVolume& volume, double tolerance, int threads = 0,
     const std::function<void(double)>& progress = [](double) {});
 
-/// Error and time against the size of voxels and of the work grid: file name and drawing.
+/// File name and drawing: error and time against the size of voxels and of the work grid.
 std::vector<std::pair<std::string, Plot>> volume_economy_plots(const VolumeEconomy& economy);
 inline std::vector<std::string> volume_economy_plot_names() {
   return {"grid_error", "grid_time", "voxels_error", "voxels_time"};
 }
 std::string volume_economy_page(const VolumeEconomy& economy, const std::string& title,
                                 const std::vector<std::string>& warnings = {});
-/// A line per trial and choice of parts.
+/// One line per trial and choice of parts.
 std::string volume_economy_csv(const VolumeEconomy& economy);
-/// What to take, a sentence each.
+/// Recommendations, one sentence each.
 std::vector<std::string> in_words(const VolumeEconomy& economy);
 
 }  // namespace borelli

@@ -9,7 +9,7 @@
 namespace borelli {
 namespace {
 
-// `share`: of the whole scan's run time
+// `share`: of the run time with the whole scan
 std::string run_time_in_words(double share) {
   constexpr double alike = 0.1;
   return std::abs(share - 1) < alike ? "run time unchanged" : fmt::format("{:.2g} times the run time", share);
@@ -26,7 +26,7 @@ std::string percent_or_none(double share) {
   return share < 0.995 ? fmt::format("{:.2g} %", 100 * share) : fmt::format("{:.0f} %", 100 * share);
 }
 
-/// Which table errors are against, and how far it can be trusted.
+/// Which table the errors refer to, and how far it can be trusted.
 std::string reference_words(const VolumeEconomy& economy) {
   std::string out = fmt::format(
       "errors are against the scan as it is with parts found on a grid of {}, the finest that is tried, "
@@ -43,7 +43,7 @@ std::string reference_words(const VolumeEconomy& economy) {
   return out + ", and to less than that no figure can be trusted";
 }
 
-/// The entry that is off most.
+/// The entry with the largest error.
 std::string worst_words(const VolumeTrial& trial, std::size_t choice) {
   if (!trial.reason.empty()) return trial.reason;
   const EntryErrors* worst = nullptr;
@@ -56,7 +56,7 @@ std::string worst_words(const VolumeTrial& trial, std::size_t choice) {
   return fmt::format("{}, {}", worst->part, entry);
 }
 
-// %: stands for nothing on a logarithmic axis
+// %: drawn for zero on a logarithmic axis
 constexpr double least_drawn = 0.01;
 
 Curve curve_of(const VolumeEconomy& economy, Of of, const std::string& name, auto&& value) {

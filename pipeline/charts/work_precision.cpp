@@ -19,11 +19,11 @@ namespace {
 
 constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
 
-// a run that is so near to the reference's own error tells nothing of its own
+// a run this close to the reference's own error cannot be judged
 constexpr double reference_margin = 10;
 
-/// The processor time that a run may take, asked for at each of its steps: the clock on the wall, which no
-/// time of a thread exceeds, is read first, in a hundredth of what the other takes.
+/// Limits a run's processor time; checked at each step. Reads the wall clock first, which a thread's time
+/// cannot exceed and which costs a hundredth as much to read.
 class TimeLimit {
  public:
   explicit TimeLimit(double seconds) : most_(seconds) {}
@@ -37,7 +37,7 @@ class TimeLimit {
   std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
 };
 
-/// Which row of a given reference is of that time; its number of rows: none. `length` is of the run, s.
+/// The row of a given reference at a time; the number of rows if there is none. `length`: of the run, s.
 std::size_t row_at(const GivenReference& given, double time, double length) {
   const double near = 1e-9 * length;
   const auto found = std::lower_bound(given.times.begin(), given.times.end(), time - near);
@@ -104,14 +104,14 @@ class Chart {
   }
 
  private:
-  /// Of two runs' poses at one time: over the scene's length, and rad.
+  /// Difference of two runs' poses at one time: over the scene's length, and rad.
   MotionDifference difference(const Pose* a, const Pose* b) const {
     MotionDifference worst = motion_difference(a, b, centres_);
     worst.position /= system_.length;
     return worst;
   }
 
-  /// `evaluations`: of a run that fails of itself; 0: it comes through, or took too long.
+  /// `evaluations`: until a run fails by itself; 0: it finished, or took too long.
   Result<Trajectory> simulate_for(const SimulationSettings& how, double most_seconds, long& evaluations) {
     const TimeLimit limit(most_seconds);
     Observer observer;
@@ -125,8 +125,9 @@ class Chart {
     return t;
   }
 
-  /// The given one's rows at the output times, which work_precision() has seen to be there. What was found of
-  /// our own tells whether it can be true, and the impacts and momenta that poses alone do not.
+  /// Takes the given reference's rows at the output times, which work_precision() has checked. Our own
+  /// reference tells whether the given one is plausible, and supplies the impacts and momenta that poses
+  /// lack.
   void take_reference() {
     const GivenReference& given = *settings_.reference;
     Trajectory t;
@@ -164,7 +165,7 @@ class Chart {
                         .words = words};
   }
 
-  /// Of the poses at every stride-th output, the start's first.
+  /// Error of the poses at every stride-th output, starting with the first.
   void compare(const Pose* poses, std::size_t rows, std::size_t stride, RunErrors& e) const {
     if (!chart_.reference.found || last_row_ < stride || (rows - 1) * stride < last_row_ / stride * stride)
       return;
@@ -198,7 +199,7 @@ class Chart {
     return e;
   }
 
-  /// Of the momenta at every stride-th output after the start.
+  /// Error of the momenta at every stride-th output after the start.
   double momentum_error(const std::vector<Eigen::Vector3d>& momenta, std::size_t stride) const {
     const Rows& reference = motion_->linear_momentum;
     double worst = 0, largest = 0;
@@ -210,10 +211,10 @@ class Chart {
     return largest > 0 && !momenta.empty() ? worst / largest : nothing;
   }
 
-  /// s, up to when motion_ counts.
+  /// s, up to which motion_ is valid.
   double motion_end() const { return system_.initial.t + double(motion_row_) * how_.output_interval; }
 
-  /// A method that realises contacts within its steps does not find when they happen.
+  /// Whether a method detects times of impacts; methods that treat contacts within a step do not.
   static bool tells_impacts(const std::string& method) {
     const auto integrator = make_integrator(method, 1e-6);
     return integrator && !(*integrator)->handles_contacts();
@@ -226,13 +227,13 @@ class Chart {
     return out;
   }
 
-  /// How many outputs a step passes over.
+  /// Number of outputs per step.
   std::size_t stride_of(std::size_t variant, double setting) const {
     if (chart_.variants[variant].adaptive) return 1;
     return std::max<long>(1, std::lround(setting / how_.output_interval));
   }
 
-  /// One run of another program; s, what it took.
+  /// One run of another program; answers its time, s.
   double run_other(const OtherMethod& other, WorkPrecisionPoint& point) {
     const std::size_t stride = stride_of(point.variant, point.setting);
     std::vector<double> times;
@@ -249,7 +250,7 @@ class Chart {
     if (!run) return seconds;
     point.evaluations = run->evaluations;
     point.errors = {nothing, nothing, run->energy, run->constraint, nothing, nothing};
-    std::vector<Pose> poses(centres_.size());  // (of the start: it is not compared)
+    std::vector<Pose> poses(centres_.size());  // of the start, which is not compared
     poses.insert(poses.end(), run->poses.begin(), run->poses.end());
     compare(poses.data(), times.size() + 1, stride, point.errors);
     if (!chart_.has_impacts || !motion_ || !std::isfinite(point.errors.position)) return seconds;
@@ -260,7 +261,7 @@ class Chart {
     return seconds;
   }
 
-  /// One run of ours; s, what it took.
+  /// One run of ours; answers its time, s.
   double run_ours(const Variant& v, WorkPrecisionPoint& point) {
     SimulationSettings how = how_;
     if (v.method != automatic) how.method = v.method;
@@ -296,7 +297,7 @@ class Chart {
     return point;
   }
 
-  /// From the coarsest rung to where a run takes longer than it may, or finer ones gain nothing any more.
+  /// Climbs from the coarsest rung until a run exceeds the budget or finer rungs gain nothing.
   void climb(std::size_t variant) {
     const auto known = [&](const WorkPrecisionPoint& p) { return p.variant == variant; };
     if (std::any_of(observer_.known.begin(), observer_.known.end(), known)) {
@@ -306,7 +307,7 @@ class Chart {
     const bool adaptive = chart_.variants[variant].adaptive;
     const int finer = adaptive ? settings_.per_decade : 1;
     const int rungs = !adaptive ? 26 : (chart_.variants[variant].method == automatic ? 10 : 13) * finer + 1;
-    // the longest step goes over two or four outputs, where so many times that makes the whole
+    // the longest step spans two or four outputs, if that divides their number
     const int longest = last_row_ % 4 == 0 ? 4 : last_row_ % 2 == 0 ? 2 : 1;
     double best = std::numeric_limits<double>::infinity();
     long evaluations = 0;
@@ -315,17 +316,17 @@ class Chart {
           measure(variant, adaptive ? std::pow(10, -1 - double(rung) / finer)
                                     : longest * how_.output_interval * std::pow(0.5, rung));
       chart_.points.push_back(point);
-      // what the method refuses it refuses at every step
+      // a method that refuses the scene refuses it at every step
       if (!point.finished && point.seconds < 1e-4 && rung == 0 && point.reason.starts_with("method '"))
         return;
       if (point.seconds > settings_.budget) return;
       if (!point.finished) continue;
       const double judged = judged_error(chart_, point);
       const double error = std::isfinite(judged) ? judged : point.errors.energy;
-      // the same run again (steps held by the scene) tells nothing of finer ones
+      // an identical run (steps limited by the scene) says nothing about finer rungs
       if (error == best && point.evaluations == evaluations) continue;
       evaluations = point.evaluations;
-      // (a run that is all wrong may be so by any amount)
+      // (errors of completely wrong runs do not count)
       without_gain = error < 0.9 * best || best > 0.1 || rung < 3 * finer ? 0 : without_gain + 1;
       best = std::min(best, error);
     }
@@ -335,18 +336,18 @@ class Chart {
   const WorkPrecisionSettings& settings_;
   const WorkPrecisionObserver& observer_;
   const std::vector<OtherMethod>& others_;
-  std::size_t first_other_ = 0;  ///< among the variants
+  std::size_t first_other_ = 0;  ///< index into the variants
   SimulationSettings how_;
-  std::vector<Eigen::Vector3d> centres_;  ///< of gravity, in each solid's frame
+  std::vector<Eigen::Vector3d> centres_;  ///< gravity centre in each solid's frame
   std::optional<Trajectory> trajectory_;  ///< the reference
-  std::size_t last_row_ = 0;              ///< where runs end
-  /// What tells of impacts and momenta (the reference, if we made it), and the last row of it that counts.
+  std::size_t last_row_ = 0;              ///< last row of the runs
+  /// Source of impacts and momenta (the reference, if we made it), and its last valid row.
   std::optional<Trajectory> motion_;
   std::size_t motion_row_ = 0;
   WorkPrecision chart_;
 };
 
-// whether it may stand on a front: what the program chose is another method's run
+// whether a point may be on a front: a run chosen automatically is another method's run
 bool counts(const WorkPrecision& chart, const WorkPrecisionPoint& p, Whose whose) {
   const Variant& v = chart.variants[p.variant];
   return v.other == (whose == Whose::others) && v.method != automatic && p.finished && p.trusted;

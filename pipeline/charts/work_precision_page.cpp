@@ -15,10 +15,10 @@
 namespace borelli {
 namespace {
 
-// curves that a drawing names at least, where there are so many; the others stand in grey behind them
+// least number of named curves in a drawing, if there are so many; the others are grey in the background
 constexpr std::size_t most_named = 10, most_named_beside_others = 3;
 
-// grey ones that have a number each
+// largest number of numbered grey curves
 constexpr std::size_t most_numbered = 30;
 
 double milliseconds(const WorkPrecisionPoint& p) { return 1e3 * p.seconds; }
@@ -29,7 +29,7 @@ using Ordinate = double (*)(const WorkPrecision&, const WorkPrecisionPoint&);
 struct ErrorMeasure {
   const char *file, *title, *axis;
   Ordinate of;
-  bool by_reference;  ///< it is told by comparing with the reference
+  bool by_reference;  ///< computed by comparison with the reference
 };
 
 template <double RunErrors::*error>
@@ -89,11 +89,11 @@ std::string failed_tip(const WorkPrecision& chart, const WorkPrecisionPoint& p) 
                      setting_words(chart, p), p.reason);
 }
 
-// What is off by more than this is all wrong, and its cost says nothing.
+// Errors above this are completely wrong; their cost means nothing.
 constexpr double all_wrong = 0.1;
 
-// What is off by more than this stands at the chart's edge with the runs that did not finish: a run that
-// explodes would press all others together.
+// Errors above this are drawn at the chart's edge with the failed runs: a diverging run would compress all
+// others.
 constexpr double beyond = 10;
 
 std::vector<const WorkPrecisionPoint*> front_of(const WorkPrecision& chart, const ErrorMeasure& quantity,
@@ -103,7 +103,7 @@ std::vector<const WorkPrecisionPoint*> front_of(const WorkPrecision& chart, cons
       quantity.by_reference ? reference_floor(chart) : 0, whose);
 }
 
-// Our variants, or the others: those on their front, then what comes nearest to it, best first.
+// Our variants, or the others': first those on their front, then the nearest to it, best first.
 std::vector<std::size_t> nearest_to_front(const WorkPrecision& chart, const ErrorMeasure& quantity,
                                           const Cost& cost, Whose whose) {
   const auto front = front_of(chart, quantity, cost, whose);
@@ -124,7 +124,7 @@ std::vector<std::size_t> nearest_to_front(const WorkPrecision& chart, const Erro
   return order;
 }
 
-// How many of those are on the front.
+// Number of those on the front.
 std::size_t count_on_front(const WorkPrecision& chart, const ErrorMeasure& quantity, const Cost& cost,
                            Whose whose) {
   std::set<std::size_t> out;
@@ -132,9 +132,8 @@ std::size_t count_on_front(const WorkPrecision& chart, const ErrorMeasure& quant
   return out.size();
 }
 
-// The variants by nearness to their front: those that a drawing names, and those that it leaves grey. What is
-// on a front always has its name, and so has the program's own choice. Beside other programs' few of ours are
-// named, and of each program its best.
+// The variants by nearness to their front, split into named and grey ones. Those on a front and the program's
+// own choice are always named. Beside other programs, a few of ours are named, and the best of each program.
 std::pair<std::vector<std::size_t>, std::vector<std::size_t>> named_and_grey(const WorkPrecision& chart,
                                                                              const ErrorMeasure& quantity,
                                                                              const Cost& cost) {
@@ -180,7 +179,7 @@ Plot plot_of(const WorkPrecision& chart, const ErrorMeasure& quantity, const Cos
         plot.edge.push_back({cost.of(p), curve.name, tip(chart, p)});
         continue;
       }
-      // what came out the same to the last bit (or was not off at all) stands at the foot of the chart
+      // results that are bitwise equal (zero error) are drawn at the lower edge
       curve.x.push_back(cost.of(p));
       curve.y.push_back(size == 0 ? 1e-17 : size);
       curve.tips.push_back(tip(chart, p));
@@ -197,7 +196,7 @@ Plot plot_of(const WorkPrecision& chart, const ErrorMeasure& quantity, const Cos
   const auto front = front_of(chart, quantity, cost, Whose::ours);
   const bool beside_others = chart.variants.size() > 0 && chart.variants.back().other;
   Curve line{.name = beside_others ? "borelli's front" : "front of trusted runs", .broad = true};
-  std::vector<std::string> best;  // from coarse to fine, each once
+  std::vector<std::string> best;  // from coarse to fine, without duplicates
   for (const WorkPrecisionPoint* p : front) {
     line.x.push_back(cost.of(*p));
     line.y.push_back(std::max(quantity.of(chart, *p), 1e-17));

@@ -1,4 +1,4 @@
-// What a work-precision run has to show: drawings for papers, a page to look at, a table for other programs.
+// Output of a work-precision run: drawings for papers, a page, a table for other programs.
 #pragma once
 
 #include <filesystem>
@@ -11,18 +11,18 @@
 
 namespace borelli {
 
-/// Which method to take for an error of 10^-digits at most: the trusted run that takes the least time.
+/// The method to take for an error of at most 10^-digits: the fastest trusted run.
 struct Recommendation {
   int digits;
   const WorkPrecisionPoint* point;
 };
 
-/// One entry per power of ten that any trusted run of ours comes to, from 1 on; errors are of position (over
-/// the scene's length) and orientation (rad), whichever is larger.
+/// One entry per power of ten that a trusted run of ours reaches, from 1 on. The error is the larger of
+/// position (over the scene's length) and orientation (rad).
 std::vector<Recommendation> recommendations(const WorkPrecision& chart);
 
-/// The fastest trusted run of ours, and of the other programs, with an error of 10^-digits at most (position
-/// and orientation, as above); null: there is none.
+/// The fastest trusted run of ours and of other programs, with an error of at most 10^-digits (as above);
+/// null: none.
 struct FrontRow {
   int digits;
   const WorkPrecisionPoint *ours, *other;
@@ -31,27 +31,27 @@ struct FrontRow {
 /// From 1 to 10 digits.
 std::vector<FrontRow> front_against_front(const WorkPrecision& chart);
 
-/// The same as a table in Markdown, without the rows that none comes to.
+/// The same as a Markdown table, without the rows that no run reaches.
 std::string front_table(const WorkPrecision& chart);
 
-/// Each error that the scene has against processor time and against evaluations: file name (without ending)
-/// and drawing.
+/// File name (without extension) and drawing: each error of the scene against processor time and against
+/// evaluations.
 std::vector<std::pair<std::string, Plot>> work_precision_plots(const WorkPrecision& chart);
 
 /// Why there is no drawing, as a sentence; empty where there is one.
 std::string why_no_drawing(const WorkPrecision& chart);
 
-/// All of it on one page that needs no network: the drawings with tips and curves to be taken out, the table
-/// of recommendations, the runs that failed and why. `warnings`: the model reader's.
+/// One page that needs no network: drawings with tips and curves that can be hidden, the table of
+/// recommendations, the failed runs with reasons. `warnings`: from the reader of the model.
 std::string work_precision_page(const WorkPrecision& chart, const std::vector<std::string>& warnings = {});
 
-/// A line per run; numbers with 17 significant digits.
+/// One line per run; numbers have 17 significant digits.
 std::string work_precision_csv(const WorkPrecision& chart);
 
-/// Every file that write_work_precision may make.
+/// All files that write_work_precision may write.
 std::vector<std::string> work_precision_files();
 
-/// All of these in a folder: chart.html, chart.csv, and each drawing as SVG and PNG.
+/// Writes chart.html, chart.csv, and each drawing as SVG and PNG into a folder.
 Result<void> write_work_precision(const WorkPrecision& chart, const std::filesystem::path& folder,
                                   const std::vector<std::string>& warnings = {});
 

@@ -12,7 +12,7 @@ namespace borelli {
 
 namespace {
 
-// A run of even steps has none that is the smallest, but the certificate keeps its first.
+// With fixed steps there is no smallest step, but the certificate then stores its first.
 std::string smallest_step(const Certificate& c) {
   if (c.steps_accepted == 0) return "";
   if (c.smallest_step_time == 0)

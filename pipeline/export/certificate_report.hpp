@@ -1,4 +1,4 @@
-// A simulation's certificate for people and for programs.
+// Writes a simulation's certificate as text and as JSON.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -11,7 +11,7 @@ namespace borelli {
 /// Lines: verdict, energy, work, momentum, constraints, steps, notes.
 std::string text_of(const Certificate& certificate);
 
-/// Every field under its own name, SI units; numbers that are not finite become null.
+/// Every field under its own name, in SI units; non-finite numbers become null.
 nlohmann::json json_of(const Certificate& certificate);
 
 }  // namespace borelli

@@ -12,9 +12,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double widest = 500;  // mm from a cut's point: no segment reaches farther across
+constexpr double widest = 500;  // mm from a cut's point: no segment is wider
 
-/// Part labels of parts.hpp by place, whatever numbers the label map gives them.
+/// Part labels of parts.hpp by place, whatever the numbers in the label map.
 class PartsAt {
  public:
   PartsAt(const Thumbnail& copy, const std::vector<std::string>& names) : copy_(copy) {
@@ -38,9 +38,9 @@ std::optional<CutLine> line_of(const Thumbnail& copy, const PartsAt& part_at, co
   const double in_picture = std::hypot(cut.normal[0], cut.normal[2]);
   if (in_picture < 0.1) return std::nullopt;
   Vector3d along = Vector3d(cut.normal[2], 0, -cut.normal[0]) / in_picture;
-  if (along[0] < 0) along = -along;  // to the patient's left
+  if (along[0] < 0) along = -along;  // towards the patient's left
   const Vector3d deep = cut.normal.cross(along);
-  // from the plane to the voxels on its sides: beyond those that it runs through
+  // offset from the plane to the voxels on its sides, beyond those that it crosses
   const Vector3d beside = 1.5 * copy.spacing * cut.normal;
   const auto steps = static_cast<int>(std::ceil(std::min(widest, cut.reach) / copy.spacing));
   std::optional<int> first, last;
@@ -55,7 +55,7 @@ std::optional<CutLine> line_of(const Thumbnail& copy, const PartsAt& part_at, co
       break;
     }
   if (!first) return std::nullopt;
-  // each sample stands for a voxel's width
+  // each sample covers a voxel's width
   return CutLine{cut.joint, cut.point + copy.spacing * (*first - 0.5) * along,
                  cut.point + copy.spacing * (*last + 0.5) * along};
 }

@@ -15,8 +15,8 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Triangle = std::array<std::uint32_t, 3>;
 
-// x where m x = y, for a positive definite m of which the lower triangle counts: Eigen's ldlt().solve(), its
-// pivots and operations in their order, without its loops over sizes that are not known before.
+// Solves m x = y for a positive definite m, whose lower triangle is used. Same pivots and operations in the
+// same order as Eigen's ldlt().solve(), without its loops over dynamic sizes.
 Vector3d solved(const Matrix3d& m, const Vector3d& y) {
   double d0 = m(0, 0), d1 = m(1, 1), d2 = m(2, 2), l10 = m(1, 0), l20 = m(2, 0), l21 = m(2, 1);
   double x0 = y[0], x1 = y[1], x2 = y[2];
@@ -60,8 +60,8 @@ struct Quadric {
   }
   double error(const Vector3d& x) const { return std::max(0.0, x.dot(A * x) + 2 * b.dot(x) + c); }
 
-  // Where the error is least. Along a plane or a ridge that is not one point: a thousandth of the weight
-  // draws it to `near`.
+  // Point of least error. On a plane or a ridge it is not unique: a regularisation of a thousandth of the
+  // weight pulls it to `near`.
   Vector3d best(const Vector3d& near) const {
     const double pull = 1e-3 * weight;
     return solved(A + pull * Matrix3d::Identity(), pull * near - b);
@@ -71,12 +71,12 @@ struct Quadric {
 struct Collapse {
   double cost = 0;
   std::uint32_t a = 0, b = 0;
-  std::uint32_t stamp = 0;  // of both ends when it was computed: later changes make it stale
+  std::uint32_t stamp = 0;  // stamps of both ends when computed: later changes make it stale
 
-  bool operator<(const Collapse& other) const { return cost > other.cost; }  // least cost first
+  bool operator<(const Collapse& other) const { return cost > other.cost; }  // least cost on top
 };
 
-/// What a run leaves, and where each point that it was given went: to the result's point of that number.
+/// A simplified surface, and for each input point its point in the result.
 struct Fewer {
   TriangleSurface surface;
   std::vector<std::uint32_t> home;
@@ -84,7 +84,8 @@ struct Fewer {
 
 class Decimation {
  public:
-  // `locked` points stay. All distances are seen from a near origin, so that their squares keep their digits.
+  // `locked` points stay. Coordinates are relative to a near origin, so that squared distances keep their
+  // digits.
   Decimation(const TriangleSurface& surface, double reach, const std::vector<bool>& locked)
       : near_(surface.points.front()),
         reach_(reach),
@@ -98,7 +99,7 @@ class Decimation {
     std::iota(into_.begin(), into_.end(), 0u);
     points_.reserve(surface.points.size());
     for (const Vector3d& p : surface.points) points_.push_back(p - near_);
-    for (auto& around : triangles_of_) around.reserve(8);  // six in the mean
+    for (auto& around : triangles_of_) around.reserve(8);  // six on average
     for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
       const auto [normal, area] = plane(triangles_[t]);
       for (const std::uint32_t v : triangles_[t]) {
@@ -108,7 +109,7 @@ class Decimation {
     }
   }
 
-  // Least cost first, until no edge is left that costs less than the reach allows.
+  // Collapses the cheapest edge first, until every remaining edge costs more than the reach allows.
   Fewer run() {
     for (const Triangle& t : triangles_)
       for (std::size_t e = 0; e < 3; ++e)
@@ -123,9 +124,9 @@ class Decimation {
     return result();
   }
 
-  // The same in rounds over all points, each of which collapses its cheapest edge if the round's reach allows
-  // it; rounds reach further by turns. What a heap would order by cost, rounds order roughly, in a fraction
-  // of the time: points lie in memory beside their neighbours.
+  // The same in rounds over all points. In each round every point collapses its cheapest edge if the round's
+  // reach allows it; the reach grows from round to round. The order is roughly that of a heap, in a fraction
+  // of the time, since neighbouring points are close in memory.
   Fewer run_in_rounds() {
     const double furthest = reach_;
     for (const double share : {0.125, 0.25, 0.5, 1.0, 1.0}) {
@@ -147,7 +148,7 @@ class Decimation {
     find_neighbours(v, ring_);
     std::optional<Collapse> cheapest;
     for (const std::uint32_t w : ring_) {
-      if (w < v) continue;  // seen from w
+      if (w < v) continue;  // handled from w
       const auto one = collapse_of(v, w);
       if (one && (!cheapest || one->cost < cheapest->cost)) cheapest = one;
     }
@@ -177,8 +178,8 @@ class Decimation {
   }
   Vector3d middle(std::uint32_t a, std::uint32_t b) const { return (points_[a] + points_[b]) / 2; }
 
-  // The points that share a triangle with v, once each. Until the next call marks_ holds mark_ where they
-  // are.
+  // The points that share a triangle with v, once each. Afterwards marks_ equals mark_ at these points until
+  // the next call.
   void find_neighbours(std::uint32_t v, std::vector<std::uint32_t>& ring) {
     ring.clear();
     ++mark_;
@@ -187,8 +188,8 @@ class Decimation {
         if (w != v && std::exchange(marks_[w], mark_) != mark_) ring.push_back(w);
   }
 
-  // The ends' common neighbours are just the two across the edge, and what is left is more than a
-  // tetrahedron.
+  // Link condition: the ends' common neighbours are exactly the two across the edge, and the remainder is
+  // more than a tetrahedron.
   bool keeps_topology(const Collapse& c) {
     find_neighbours(c.b, other_ring_);
     const std::uint32_t of_b = mark_;
@@ -204,7 +205,7 @@ class Decimation {
     return common == 2 && around_a + other_ring_.size() > 6;
   }
 
-  // no triangle that stays turns by more than about 75 degrees, or becomes a needle
+  // no remaining triangle turns by more than about 75 degrees or becomes a needle
   bool keeps_facing(const Collapse& c, const Vector3d& place) const {
     for (const auto& [moved, other] : {std::pair(c.a, c.b), std::pair(c.b, c.a)}) {
       for (const std::uint32_t t : triangles_of_[moved]) {
@@ -232,7 +233,7 @@ class Decimation {
   void merge(const Collapse& c, const Vector3d& place) {
     for (const std::uint32_t t : triangles_of_[c.b]) {
       Triangle& corners = triangles_[t];
-      if (std::ranges::find(corners, c.a) != corners.end()) {  // one of the two beside the edge: it goes
+      if (std::ranges::find(corners, c.a) != corners.end()) {  // one of the two at the edge: removed
         for (const std::uint32_t v : corners)
           if (v != c.b) std::erase(triangles_of_[v], t);
         corners = {0, 0, 0};
@@ -271,17 +272,17 @@ class Decimation {
   const std::vector<bool>& locked_;
   std::vector<Vector3d> points_;
   std::vector<Triangle> triangles_;
-  std::vector<std::vector<std::uint32_t>> triangles_of_;  // by point; empty where the point is gone
+  std::vector<std::vector<std::uint32_t>> triangles_of_;  // by point; empty if the point was removed
   std::vector<Quadric> quadrics_;
   std::vector<std::uint32_t> stamps_;
-  std::vector<std::uint32_t> into_;  // the point that a point was collapsed into; itself where it stays
+  std::vector<std::uint32_t> into_;  // target of each point's collapse; itself if it remains
   std::priority_queue<Collapse> queue_;
   std::vector<std::uint32_t> ring_, other_ring_, marks_;  // scratch
   std::uint32_t mark_ = 0;
 };
 
-// Ericson (2005) "Real-Time Collision Detection", 5.1.5: by the region of the triangle's plane that holds p's
-// foot
+// Ericson (2005) "Real-Time Collision Detection", 5.1.5: by the region of the triangle's plane that contains
+// p's projection
 double squared_distance(const Vector3d& p, const Vector3d& a, const Vector3d& b, const Vector3d& c) {
   const Vector3d ab = b - a, ac = c - a, ap = p - a, bp = p - b, cp = p - c;
   const double d1 = ab.dot(ap), d2 = ac.dot(ap), d3 = ab.dot(bp), d4 = ac.dot(bp), d5 = ab.dot(cp),
@@ -299,7 +300,7 @@ double squared_distance(const Vector3d& p, const Vector3d& a, const Vector3d& b,
                  : std::min({ap.squaredNorm(), bp.squaredNorm(), cp.squaredNorm()});
 }
 
-/// Where points lie on a surface with fewer triangles.
+/// Finds points near a surface with fewer triangles.
 class Nearby {
  public:
   Nearby(const TriangleSurface& fewer, double tolerance)
@@ -343,23 +344,24 @@ class Nearby {
   }
 
   const TriangleSurface& fewer_;
-  double squared_;                                  // of the tolerance
+  double squared_;                                  // squared tolerance
   std::vector<std::vector<std::uint32_t>> around_;  // triangles of a point
-  std::uint32_t last_ = 0;  // the triangle that the point before was near: often the next one is, too
-  std::vector<std::uint32_t> seen_, ring_, next_;  // scratch; seen_: the number of the last search there
+  std::uint32_t last_ = 0;  // the triangle near the previous point: often near the next one too
+  std::vector<std::uint32_t> seen_, ring_, next_;  // scratch; seen_: number of the last search at a point
   std::uint32_t search_ = 0;
 };
 
-// Which points of `surface`, whose homes on `fewer` are given, may lie farther than `tolerance` from it:
-// their nearest triangle is sought around the home, so what passes is near enough, and little else is held
-// back.
+// Points of `surface` that may lie farther than `tolerance` from `fewer`; `home` gives each point's point on
+// `fewer`. The nearest triangle is searched around the home: a point that passes is near enough, and few near
+// ones are rejected.
 std::vector<std::uint32_t> too_far(const TriangleSurface& surface, const TriangleSurface& fewer,
                                    const std::vector<std::uint32_t>& home, double tolerance) {
   Nearby nearby(fewer, tolerance);
   std::vector<std::uint32_t> far;
   for (std::uint32_t n = 0; n < surface.points.size(); ++n)
     if (!nearby.within(surface.points[n], home[n], 2)) far.push_back(n);
-  // Points of a fine surface may have gone further along it. Where these are many, most are far indeed.
+  // Points of a fine surface may have moved further along it; search wider. If there are many, most are
+  // really far.
   if (far.size() <= surface.points.size() / 1000)
     std::erase_if(far, [&](std::uint32_t n) { return nearby.within(surface.points[n], home[n], 6); });
   return far;
@@ -373,9 +375,9 @@ std::vector<std::uint32_t> composed(const std::vector<std::uint32_t>& first,
   return out;
 }
 
-// One step: `start` with fewer triangles, each point of `surface` within `tolerance` of them; homes of its
-// points on the result. Where a point would be farther, the points of `start` around its home are locked and
-// the step is done again. Nothing where that does not help.
+// One step: simplifies `start` while each point of `surface` stays within `tolerance`, and updates the homes
+// of its points. If a point would be too far, the points of `start` around its home are locked and the step
+// is repeated. Empty if that does not help.
 std::optional<Fewer> step_down(const TriangleSurface& surface, const Fewer& start, double reach,
                                double tolerance, bool in_rounds = false) {
   std::vector<bool> locked(start.surface.points.size(), false);
@@ -399,11 +401,11 @@ TriangleSurface decimate(const TriangleSurface& surface, double tolerance) {
   if (surface.triangles.empty() || !(tolerance > 0)) return surface;
   Fewer best{surface, std::vector<std::uint32_t>(surface.points.size())};
   std::iota(best.home.begin(), best.home.end(), 0u);
-  constexpr double first_reach = 0.05;  // of the tolerance
+  constexpr double first_reach = 0.05;  // over the tolerance
   if (auto fewer = step_down(surface, best, first_reach * tolerance, tolerance, true))
     best = std::move(*fewer);
-  // A collapse knows its mean distance from planes, not the farthest point's; so it is let go further by
-  // steps, each measured. The first leaves little of the work to the others.
+  // A collapse knows only its mean distance from planes, not the farthest point's. So the reach grows in
+  // steps, each measured. The first step does most of the work.
   for (double reach = 0.15 * tolerance; reach < 0.9 * tolerance; reach *= 1.6) {
     auto fewer = step_down(surface, best, reach, tolerance);
     if (!fewer) break;
@@ -419,7 +421,7 @@ bool is_closed(std::size_t points, const std::vector<Triangle>& triangles) {
     for (std::size_t e = 0; e < 3; ++e)
       passes.push_back(t[e] * static_cast<std::uint64_t>(points) + t[(e + 1) % 3]);
   std::ranges::sort(passes);
-  if (std::ranges::adjacent_find(passes) != passes.end()) return false;  // twice in one sense
+  if (std::ranges::adjacent_find(passes) != passes.end()) return false;  // twice in the same direction
   for (const std::uint64_t edge : passes) {
     const std::uint64_t from = edge / points, to = edge % points;
     if (from == to || !std::ranges::binary_search(passes, to * points + from)) return false;

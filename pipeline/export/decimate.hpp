@@ -1,11 +1,11 @@
-// Fewer triangles for a closed surface, within a distance, and closed as before.
+// Reduces the triangles of a closed surface within a distance; the surface stays closed.
 //
 // Edge collapse by quadric error (Garland, Heckbert (1997) "Surface simplification using quadric error
-// metrics", SIGGRAPH, 209-216). An edge is collapsed only where its ends share exactly the two neighbours
-// across it (the link condition: Dey, Edelsbrunner, Guha, Nekhayev (1999) Publ. Inst. Math. 66:23-45) and no
-// triangle turns over; so a closed surface stays closed, of the same genus and with all its pieces.
-// (vtkQuadricDecimation does not check that: on thin folds and on pieces of a few triangles it leaves edges
-// with one triangle or with three.)
+// metrics", SIGGRAPH, 209-216). An edge is collapsed only if its ends share exactly the two vertices opposite
+// it (link condition: Dey, Edelsbrunner, Guha, Nekhayev (1999) Publ. Inst. Math. 66:23-45) and no triangle
+// flips. So a closed surface stays closed and keeps its genus and all its pieces. (vtkQuadricDecimation does
+// not check the link condition: on thin folds and on pieces of a few triangles it leaves edges with one or
+// three triangles.)
 #pragma once
 
 #include <Eigen/Core>
@@ -20,11 +20,11 @@ struct TriangleSurface {
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< indices into points
 };
 
-/// Collapses edges as long as every point of `surface` stays within `tolerance` (unit of the points) of the
-/// new surface, which is measured. `surface` is closed.
+/// Collapses edges as long as every point of the closed `surface` stays within `tolerance` (unit of the
+/// points) of the new surface. This distance is measured.
 TriangleSurface decimate(const TriangleSurface& surface, double tolerance);
 
-/// Whether each edge belongs to exactly two triangles, which pass it in opposite senses.
+/// Whether each edge belongs to exactly two triangles with opposite directions along it.
 bool is_closed(std::size_t points, const std::vector<std::array<std::uint32_t, 3>>& triangles);
 
 }  // namespace borelli

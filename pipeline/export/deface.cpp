@@ -15,14 +15,14 @@ namespace {
 
 using Eigen::Vector2d, Eigen::Vector3d;
 
-constexpr double sampling = 2.5;     // mm: how finely the head is looked at
+constexpr double sampling = 2.5;     // mm: sampling of the head
 constexpr double level_height = 4;   // mm, of the profile's levels
-constexpr double middle_width = 30;  // mm to either side of the head's middle: where the profile is taken
-// of the head's depth: how far behind its foremost a level is of the face
+constexpr double middle_width = 30;  // mm to either side of the head's middle: width of the profile
+// over the head's depth: levels this close behind the foremost one belong to the face
 constexpr double near_share = 0.17;
-constexpr double steepest = 0.84;     // tangent of 40 degrees: how far a face is thought to look up or down
+constexpr double steepest = 0.84;     // tangent of 40 degrees: largest tilt of a face up or down
 constexpr double taken_share = 0.22;  // of the head's depth
-constexpr double around = 30;         // mm beside and above the head: where grey values are taken away, too
+constexpr double around = 30;         // mm beside and above the head where grey values are removed too
 
 template <class Visit>
 void each_voxel_of(const LabelMap& labels, std::uint8_t label, const std::array<std::int64_t, 3>& step,
@@ -40,8 +40,8 @@ Vector3d place_of(const Grid& grid, std::int64_t i, std::int64_t j, std::int64_t
   return grid.point(i, j, k);
 }
 
-/// The trunk's axes turned about `up` to the cranium's long axis, where that is plain and no farther off than
-/// 45 degrees. `head` holds places along `axes`.
+/// The trunk's axes rotated about `up` to the cranium's long axis, if that is distinct and within 45 degrees
+/// of them. `head` holds points in `axes`.
 Eigen::Matrix3d facing(const Eigen::Matrix3d& axes, const std::vector<Vector3d>& head) {
   const auto [lowest, highest] =
       std::ranges::minmax(head, {}, [](const Vector3d& place) { return place[2]; });
@@ -56,7 +56,7 @@ Eigen::Matrix3d facing(const Eigen::Matrix3d& axes, const std::vector<Vector3d>&
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solved(squares / count -
                                                               sum * sum.transpose() / (count * count));
-  // an ellipse that is a tenth longer than wide has 1.2 times the variance
+  // an ellipse a tenth longer than wide has 1.2 times the variance
   if (!(solved.eigenvalues()[1] > 1.2 * solved.eigenvalues()[0])) return axes;
   Vector2d back = solved.eigenvectors().col(1);
   if (back[1] < 0) back = -back;
@@ -65,8 +65,8 @@ Eigen::Matrix3d facing(const Eigen::Matrix3d& axes, const std::vector<Vector3d>&
   return Eigen::AngleAxisd(turn, axes.col(2)).toRotationMatrix() * axes;
 }
 
-/// The line f = offset + slope u that runs along the face: f to the front, u up. Of all tilts that one along
-/// which the most levels lie close behind the foremost, which leaves out the neck and the top of the head.
+/// The line f = offset + slope u along the face: f forwards, u up. Of all slopes, the one with the most
+/// levels close behind the foremost, which excludes the neck and the top of the head.
 struct FaceLine {
   double offset, slope;
 };
@@ -126,7 +126,7 @@ std::optional<FaceCut> face_cut(const LabelMap& labels, const Landmarks& landmar
     cut.low = cut.low.cwiseMin(place), cut.high = cut.high.cwiseMax(place);
     mean += place / static_cast<double>(head.size());
   }
-  // half a voxel, so that no voxel of the head lies outside
+  // half a voxel more, so that the box contains all voxels of the head
   const Vector3d half = 0.5 * (cut.axes.transpose() * labels.grid.axes).cwiseAbs().rowwise().sum();
   cut.low -= half, cut.high += half;
 
@@ -180,7 +180,7 @@ Result<void> deface(std::vector<Mesh>& meshes, const LabelMap& labels, const Fac
     const std::array<std::int64_t, 3> at{i, j, k};
     for (std::size_t c = 0; c < 3; ++c) low[c] = std::min(low[c], at[c]), high[c] = std::max(high[c], at[c]);
   });
-  LabelMap head;  // what is left of it, on a grid around it
+  LabelMap head;  // the rest of the head, on a grid around it
   head.names = labels.names;
   head.grid.axes = labels.grid.axes;
   head.grid.origin = place_of(labels.grid, low[0], low[1], low[2]);

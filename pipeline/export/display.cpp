@@ -11,8 +11,8 @@
 namespace borelli {
 namespace {
 
-// Xvfb starts anew when its last client leaves, and for that moment answers nobody: neither is one refusal
-// the last word, ...
+// Xvfb restarts when its last client leaves, and refuses connections for that moment. So try several times,
+// ...
 Display* open_patiently(const char* name) {
   for (int attempt = 0; attempt < 5; ++attempt) {
     if (Display* const display = XOpenDisplay(name)) return display;
@@ -27,7 +27,7 @@ bool display_answers() {
   const char* const name = std::getenv("DISPLAY");
   if (!name || !*name) return false;
   static std::map<std::string, Display*, std::less<>>
-      open;  // ... nor is a display let go before the process ends
+      open;  // ... and keep the display open until the process ends
   Display*& display = open[name];
   if (!display) display = open_patiently(name);
   return display != nullptr;

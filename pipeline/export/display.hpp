@@ -1,11 +1,11 @@
-// Whether there is a screen to draw with: VTK renders only under an X display, also unseen.
+// Tells whether an X display is available: VTK needs one even for off-screen rendering.
 #pragma once
 
 namespace borelli {
 
-/// Whether the display named by the environment answers; half a second is waited for one that does not. From
-/// then on the process keeps a connection to it. VTK aborts the process where no display answers. Call it
-/// from one thread.
+/// Whether the display named by the environment answers within half a second. The process then keeps a
+/// connection to it. Call this before VTK, which aborts the process if no display answers. Call it from one
+/// thread.
 bool display_answers();
 
 }  // namespace borelli

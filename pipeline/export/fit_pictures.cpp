@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// both ends of the joint's axis, medial first, for joints that were measured as cylinders
+// both ends of the joint's axis, medial first, for joints fitted by cylinders
 std::optional<std::array<Vector3d, 2>> axis_of(const std::string& joint, const Landmarks& landmarks) {
   const auto bar = joint.rfind('_');
   if (bar == std::string::npos) return std::nullopt;
@@ -25,8 +25,7 @@ std::optional<std::array<Vector3d, 2>> axis_of(const std::string& joint, const L
   return std::array{medial->second.point, lateral->second.point};
 }
 
-// as radiologists look: the patient's right on the left and the head above; from the side, the front on the
-// left
+// radiological view: the patient's right on the left, the head above; from the side, the front on the left
 FitPlane plane_across(const Vector3d& axis, const char* name, const Vector3d& middle) {
   const auto square = [&](const Vector3d& v) { return Vector3d(v - v.dot(axis) * axis); };
   Vector3d down = square(-Vector3d::UnitZ());
@@ -66,7 +65,7 @@ std::vector<FitPicture> fit_pictures(const GreyVolume& grey, const Landmarks& la
     const Vector3d& centre = landmark.point;
     if (const auto ends = axis_of(name, landmarks)) {
       const Vector3d axis = ((*ends)[1] - (*ends)[0]).normalized();
-      // on the axis, however far down or forwards the malleoli's tips are
+      // project onto the axis: the tips of the malleoli lie beside it
       const auto half_way = [&](const Vector3d& end) {
         return Vector3d(centre + 0.5 * (end - centre).dot(axis) * axis);
       };

@@ -1,4 +1,4 @@
-// Close-ups of the bone that joint centres were measured on, for the fitted circle to be looked at upon it.
+// Close-up pictures of the bone surfaces that joint centres were fitted to, for checking the fitted circles.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,8 +11,9 @@
 
 namespace borelli {
 
-/// A square picture about a point of a fitted sphere's centre or cylinder's axis. Pixel (u, v), v downwards,
-/// shows the point middle + ((u + 1/2) / pixels - 1/2) side across + ((v + 1/2) / pixels - 1/2) side down.
+/// A square picture about a fitted sphere's centre or a point of a fitted cylinder's axis. Pixel (u, v), v
+/// downwards, shows the point middle + ((u + 1/2) / pixels - 1/2) side across + ((v + 1/2) / pixels - 1/2)
+/// side down.
 struct FitPlane {
   std::string name;                ///< "coronal" and "axial", or "medial" and "lateral"
   Eigen::Vector3d middle;          ///< mm, LPS
@@ -25,14 +26,14 @@ struct FitPicture {
   static constexpr double low = -200, high = 900;  ///< CT numbers
   std::string joint;
   Landmark fit;
-  double side = 0;  ///< of the square, mm
+  double side = 0;  ///< edge of the square, mm
   std::vector<FitPlane> planes;
 };
 
-/// Every landmark that a sphere or cylinder on bone gave (its radius is not 0): a sphere's in the coronal and
-/// the axial plane, a cylinder's square to its axis, half way from its centre to either end of it
-/// (JOINT_medial_SIDE and JOINT_lateral_SIDE): at the middle of a knee no condyle is, but the notch.
-/// CT numbers and densities only; of an MR volume none.
+/// Pictures of every landmark fitted by a sphere or cylinder on bone (its radius is not 0). A sphere is shown
+/// in the coronal and the axial plane. A cylinder is shown normal to its axis, half way from its centre to
+/// either end (JOINT_medial_SIDE and JOINT_lateral_SIDE): the middle of a knee shows the notch, not a
+/// condyle. Only for CT numbers and densities; none for an MR volume.
 std::vector<FitPicture> fit_pictures(const GreyVolume& grey, const Landmarks& landmarks);
 
 }  // namespace borelli

@@ -13,13 +13,13 @@ namespace borelli {
 
 namespace {
 
-/// The buffer that grows, with a view and an accessor for each array put into it.
+/// A growing buffer, with a view and an accessor for each array.
 class Buffer {
  public:
   explicit Buffer(tinygltf::Model& model) : model_(model) { model_.buffers.emplace_back(); }
 
-  /// Puts `count` elements of `components` numbers each; answers the accessor's index. `target` is what the
-  /// view is for (vertices, indices), 0 for an animation's data.
+  /// Appends `count` elements of `components` numbers each; returns the accessor's index. `target`: use of
+  /// the view (vertices, indices), 0 for animation data.
   template <class Number>
   int put(const std::vector<Number>& numbers, int components, int target) {
     auto& bytes = model_.buffers.front().data;
@@ -46,7 +46,7 @@ class Buffer {
     return static_cast<int>(model_.accessors.size()) - 1;
   }
 
-  /// States the smallest and largest of each component, as glTF demands of positions and times.
+  /// Sets the minimum and maximum of each component, which glTF requires for positions and times.
   void state_range(int accessor, const std::vector<float>& numbers, int components) {
     auto& stated = model_.accessors[static_cast<std::size_t>(accessor)];
     for (int c = 0; c < components; ++c) {
@@ -83,8 +83,8 @@ Result<void> check(const std::vector<Mesh>& meshes) {
   return {};
 }
 
-/// Points in the solid's frame and unit normals: means of the triangles' normals, weighted by their areas.
-/// Points of no triangle get an arbitrary normal, for glTF wants every one to be unit.
+/// Points in the solid's frame and unit normals: area-weighted means of the triangles' normals. Points of no
+/// triangle get an arbitrary normal, since glTF requires unit normals.
 struct Surface {
   std::vector<float> points, normals;
 };
@@ -120,11 +120,11 @@ int put_triangles(Buffer& buffer, const Mesh& mesh) {
       for (const auto corner : triangle) indices.push_back(static_cast<Index>(corner));
     return buffer.put(indices, 1, TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER);
   };
-  // 65535 is glTF's mark for "primitive restart" and no index
+  // 65535 is glTF's "primitive restart", not an index
   return mesh.points.size() < 65535 ? flat(std::uint16_t{}) : flat(std::uint32_t{});
 }
 
-/// The part's mesh and material; answers the mesh's index.
+/// Adds the part's mesh and material; returns the mesh's index.
 int add_mesh(tinygltf::Model& model, Buffer& buffer, const Mesh& mesh, const Pose& X_SW,
              const Colour& colour) {
   const auto linear = [](std::uint8_t srgb) {  // glTF's factors are linear; IEC 61966-2-1
@@ -156,13 +156,13 @@ int add_mesh(tinygltf::Model& model, Buffer& buffer, const Mesh& mesh, const Pos
   return static_cast<int>(model.meshes.size()) - 1;
 }
 
-/// One solid's poses at the kept times, as the two arrays of glTF's channels.
+/// One solid's poses at the kept times, as the two arrays of its glTF channels.
 struct Track {
   std::vector<float> translations, rotations;  // x y z; x y z w
 
   void append(const Pose& X_WS) {
     Quaternion turn = quaternion(X_WS.R);
-    // q and -q are one rotation, but a viewer that interpolates would go the long way round
+    // q and -q are the same rotation; the nearer one avoids interpolation the long way round
     if (turn.dot(last_) < 0) turn = -turn;
     last_ = turn;
     for (int c = 0; c < 3; ++c) translations.push_back(static_cast<float>(X_WS.p[c]));
@@ -210,7 +210,7 @@ std::vector<std::size_t> kept_samples(const std::vector<double>& times, double s
       if (!last ||
           static_cast<float>(times[i] - times[0]) <= static_cast<float>(times[kept.back()] - times[0]))
         continue;
-      if (kept.size() > 1) kept.pop_back();  // the end of the motion goes before the sample just before it
+      if (kept.size() > 1) kept.pop_back();  // the end of the motion replaces the sample just before it
     }
     kept.push_back(i);
   }
@@ -233,7 +233,7 @@ Result<std::string> glb(const std::vector<Mesh>& meshes, const ScanPoses& X_WS_s
   model.nodes.push_back(std::move(world));
 
   const std::vector<std::size_t> kept = kept_samples(trajectory.times, settings.samples_per_second);
-  int times = -1;  // the accessor that all tracks share, made for the first of them
+  int times = -1;  // accessor shared by all tracks, created for the first
   const auto shared_times = [&] {
     if (times >= 0) return times;
     std::vector<float> seconds;

@@ -1,8 +1,8 @@
-// The moving body as one file that any 3D viewer opens: glTF 2.0 binary (Khronos, ISO/IEC 12113:2022).
+// Writes the moving body as one file for any 3D viewer: glTF 2.0 binary (Khronos, ISO/IEC 12113:2022).
 //
-// Node tree: "world" (turns our Z up into glTF's Y up) holds one node per part, named as the part. A node's
-// mesh is in the solid's own frame, its pose is animated (translation and rotation, LINEAR) by the
-// trajectory.
+// Node tree: "world" (turns our Z up into glTF's Y up) holds one node per part, named after the part. A
+// node's mesh is in the solid's own frame. The trajectory animates its pose (translation and rotation,
+// LINEAR).
 #pragma once
 
 #include <map>
@@ -17,23 +17,23 @@
 
 namespace borelli {
 
-/// X_WS of solids as they were scanned, by name: where the meshes' points, given in the world, belong.
+/// X_WS of the solids in the scan's pose, by name. The meshes' points are given in the world in this pose.
 using ScanPoses = std::map<std::string, Pose, std::less<>>;
 
 struct GlbSettings {
   std::string title = "body";
-  /// Of a trajectory recorded more densely, samples closer together than this are left out (the first and
-  /// the last stay). A viewer interpolates between samples and is then off by at most a h^2 / 8: at 60 Hz
-  /// 0.34 mm in free fall, 0.2 degrees at 100 rad/s^2.
+  /// Samples closer together than this are dropped (the first and the last stay). A viewer interpolates
+  /// between samples, with an error of at most a h^2 / 8: at 60 Hz 0.34 mm in free fall, 0.2 degrees at 100
+  /// rad/s^2.
   double samples_per_second = 60;
-  /// Of meshes by name; those that are not here have their body part's, or grey.
+  /// Colours of meshes, by name; other meshes have the colour of their body part, or grey.
   std::map<std::string, Colour, std::less<>> colours;
 };
 
-/// The file's bytes. A part without a solid (no pose at the scan, or absent from the trajectory) rests where
-/// it was scanned; with an empty trajectory all do and there is no animation. Glb time 0 is the trajectory's
-/// start. Errors: no mesh at all, a mesh without triangles or with an index or number out of range, two
-/// meshes of one name.
+/// Bytes of the file. A part without a solid (no scan pose, or absent from the trajectory) stays in its scan
+/// pose. With an empty trajectory all parts do, and there is no animation. Glb time 0 is the trajectory's
+/// start. Errors: no mesh, a mesh without triangles or with an index or number out of range, two meshes of
+/// one name.
 Result<std::string> glb(const std::vector<Mesh>& meshes, const ScanPoses& X_WS_scan,
                         const Trajectory& trajectory, const GlbSettings& settings = {});
 

@@ -15,7 +15,7 @@ namespace {
 constexpr int least = std::numeric_limits<std::int16_t>::min();
 constexpr std::size_t values = 1 << 16;
 
-/// Voxels of each grey value from `least` on: outside the body, and in it.
+/// Voxels of each grey value from `least` on: outside the body, and inside.
 using Counts = std::array<std::vector<std::uint64_t>, 2>;
 
 Counts count(const GreyVolume& grey, const LabelMap* labels, std::size_t first, std::size_t last) {
@@ -25,7 +25,7 @@ Counts count(const GreyVolume& grey, const LabelMap* labels, std::size_t first, 
   return counts;
 }
 
-/// The least round width with which `span` values take at most `most` bins.
+/// The smallest round width that fits `span` values into at most `most` bins.
 int round_width(int span, int most) {
   for (int power = 1;; power *= 10)
     for (const int digit : {1, 2, 5})
@@ -57,7 +57,7 @@ Histogram histogram(const GreyVolume& grey, const LabelMap* labels, int most_bin
   }
   for (std::uint64_t passed = all[last]; passed <= stray; passed += all[--last]) {
   }
-  // one bin is kept for the round start
+  // one bin is reserved for rounding the start
   made.width = round_width(static_cast<int>(last - first + 1), most_bins - 1);
   const int from = least + static_cast<int>(first), to = least + static_cast<int>(last);
   made.low = from - ((from % made.width) + made.width) % made.width;

@@ -21,9 +21,9 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3i;
 
-constexpr double largest_loss = 0.005;  // of a part's volume
+constexpr double largest_loss = 0.005;  // over a part's volume
 
-/// Smallest box of voxels of one label, in indices; empty where last < first.
+/// Smallest index box that contains one label's voxels; empty if last < first.
 struct VoxelBox {
   std::array<std::int64_t, 3> first{1, 1, 1}, last{0, 0, 0};
   std::size_t voxels = 0;
@@ -53,18 +53,18 @@ std::vector<VoxelBox> boxes_of(const LabelMap& labels) {
   return boxes;
 }
 
-/// A label's share of each block of voxels, in a box with one layer of nothing around, so that the surface
-/// closes also at the grid's border.
+/// A label's share of each block of voxels, in a box with an empty layer around, so that the surface also
+/// closes at the grid's border.
 struct Shares {
   std::vector<unsigned char> voxels;  ///< 0 to 255
   std::array<int, 3> size{};          ///< of the image, voxels
-  Vector3d origin, block;             ///< an image's index, times block, plus origin: an index of the grid
+  Vector3d origin, block;             ///< grid index = image index times block plus origin
 };
 
-/// Blocks of one voxel, or of as many as lie within twice the tolerance: a finer surface would only be
-/// thinned out again.
+/// Size of blocks: one voxel, or as many as fit into twice the tolerance, since decimation would remove a
+/// finer surface anyway.
 Vector3i blocks_for(const Grid& grid, double tolerance_mm) {
-  constexpr double most = 64;  // (so that sums of a block's voxels fit into 32 bits)
+  constexpr double most = 64;  // keeps sums of a block's voxels within 32 bits
   return (2 * tolerance_mm * grid.spacing().cwiseInverse() + Vector3d::Constant(1e-9))
       .cwiseMin(most)
       .cast<int>()
@@ -104,7 +104,7 @@ Shares shares_of(const LabelMap& labels, std::uint8_t label, const VoxelBox& box
   return out;
 }
 
-// index to mm (by our own affine: it may be sheared), triangles facing outwards
+// index to mm (by our own affine map, which may be sheared); triangles face outwards
 TriangleSurface placed(TriangleSurface surface, const Shares& shares, const Grid& grid) {
   for (Vector3d& p : surface.points) p = grid.point(shares.origin + shares.block.cwiseProduct(p));
   if (grid.axes.determinant() < 0)
@@ -124,7 +124,7 @@ double volume_of(const TriangleSurface& surface) {
   return six / 6;
 }
 
-// Moves the points along their normals until the surface encloses `volume`; by `most` at most.
+// Moves the points along their normals, by at most `most`, until the surface encloses `volume`.
 void restore_volume(TriangleSurface& surface, double volume, double most) {
   double moved = 0;
   for (int round = 0; round < 20 && std::abs(volume_of(surface) / volume - 1) > 1e-6; ++round) {
@@ -156,7 +156,7 @@ TriangleSurface surface_within(const VtkFunctions& vtk, const LabelMap& labels, 
   const Grid& grid = labels.grid;
   const double volume = static_cast<double>(box.voxels) * grid.voxel_volume();
   Shares shares = shares_of(labels, label, box, blocks_for(grid, tolerance_mm));
-  // half a voxel: what the labels leave open
+  // half a voxel: the resolution of the labels
   const double most = 0.5 * grid.spacing().cwiseProduct(shares.block).minCoeff();
   TriangleSurface surface = placed(vtk.smooth_surface(shares.voxels, shares.size), shares, grid);
   restore_volume(surface, volume, most);
@@ -171,12 +171,12 @@ Mesh part_mesh(const VtkFunctions& vtk, const LabelMap& labels, std::uint8_t lab
                double tolerance) {
   const double volume = static_cast<double>(box.voxels) * labels.grid.voxel_volume();
   const double finest = 0.05 * labels.grid.spacing().minCoeff();  // mm
-  double across = 0;                                              // mm, twice the part's box
+  double across = 0;                                              // mm, twice the diagonal of the part's box
   for (int c = 0; c < 3; ++c)
     across += 2 * labels.grid.axes.col(c).norm() * static_cast<double>(box.last[c] - box.first[c] + 1);
   double tolerance_mm = std::min(1e3 * tolerance, across);
   TriangleSurface surface = surface_within(vtk, labels, label, box, tolerance_mm);
-  // what is thinner than the tolerance would lose its form
+  // parts thinner than the tolerance would lose their shape
   while (tolerance_mm > 0 && std::abs(volume_of(surface) / volume - 1) > largest_loss) {
     tolerance_mm = tolerance_mm > finest ? tolerance_mm / 2 : 0;
     surface = surface_within(vtk, labels, label, box, tolerance_mm);
@@ -184,7 +184,7 @@ Mesh part_mesh(const VtkFunctions& vtk, const LabelMap& labels, std::uint8_t lab
   return to_mesh(surface, labels.names[label]);
 }
 
-// Bytes that all surfaces take when threads make them at once. A run of voxels has about six faces, two for
+// Bytes of all surfaces when threads make them concurrently. A run of voxels has about six faces, two for
 // each axis, and each face about one point. VTK and this file hold several copies of a point.
 double bytes_of_surfaces(const std::vector<VoxelBox>& boxes, const Grid& grid, const MeshOptions& options) {
   constexpr double bytes_a_point = 400;
@@ -216,8 +216,8 @@ Result<std::vector<Mesh>> part_meshes(const LabelMap& labels, const MeshOptions&
       !fits)
     return tl::unexpected(fits.error());
 
-  // parts do not depend on each other; each thread takes the next one that is left, large ones first, so that
-  // none is alone with one in the end
+  // parts are independent; threads take the largest remaining one first, so that no thread ends alone with a
+  // large part
   std::vector<Mesh> meshes(present.size());
   std::vector<std::size_t> order(present.size());
   std::iota(order.begin(), order.end(), std::size_t{0});

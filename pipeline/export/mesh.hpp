@@ -1,10 +1,10 @@
-// One closed surface per part of a label map: flying edges, smoothed, decimated.
+// Makes one closed surface per part of a label map: flying edges, smoothing, decimation.
 //
-// Flying edges (Schroeder, Maynard, Geveci (2015) IEEE LDAV, 33-40) on one label's voxels, or its share of
-// blocks of them where they are finer than the tolerance asks for; windowed-sinc smoothing (Taubin, Zhang,
-// Golub (1996) ECCV, 283-292) in index space, so that the steps of thick slices are smoothed as those of thin
-// ones; then decimate.hpp. What smoothing and decimation take off the volume is given back by moving the
-// points along their normals.
+// Flying edges (Schroeder, Maynard, Geveci (2015) IEEE LDAV, 33-40) run on one label's voxels, or on its
+// share of blocks of voxels if these are finer than the tolerance requires. Windowed-sinc smoothing (Taubin,
+// Zhang, Golub (1996) ECCV, 283-292) runs in index space, so that steps of thick slices are smoothed like
+// those of thin ones. Then decimate.hpp. Finally the points move along their normals to restore the volume
+// that smoothing and decimation removed.
 #pragma once
 
 #include <Eigen/Core>
@@ -28,23 +28,23 @@ struct Mesh {
 };
 
 struct MeshOptions {
-  /// How far the surface may lie from the one before decimation, m; 0 keeps every triangle. Of a part that
-  /// would lose or gain volume it is halved until it does not. (Before that, smoothing moves the surface by a
-  /// fraction of a voxel.)
+  /// Largest distance, m, from the surface before decimation; 0 keeps every triangle. Halved for a part whose
+  /// volume would change, until it does not. (Smoothing, before that, moves the surface by a fraction of a
+  /// voxel.)
   double tolerance = 0.001;
   int threads = 0;                       ///< 0: as many as the machine has; the meshes do not depend on it
   std::function<bool(double)> progress;  ///< share done, 0 to 1; false: stop
 };
 
-/// The surface of every label that has voxels, in the order of the labels. Each edge has two triangles; the
-/// enclosed volume is the voxels' within 0.5 % (parts of a few voxels: as near as half a voxel of thickness
-/// allows). Errors: a label without a name.
+/// Surface of every label that has voxels, in the order of the labels. Each edge has two triangles. The
+/// enclosed volume equals the voxels' within 0.5 % (parts of a few voxels: within half a voxel of thickness).
+/// Errors: a label without a name.
 Result<std::vector<Mesh>> part_meshes(const LabelMap& labels, const MeshOptions& options = {});
 
 /// Volume that a closed mesh encloses, m^3; negative where its triangles face inwards.
 double enclosed_volume(const Mesh& mesh);
 
-/// Whether each edge belongs to exactly two triangles, which pass it in opposite senses.
+/// Whether each edge belongs to exactly two triangles with opposite directions along it.
 bool is_closed(const Mesh& mesh);
 
 }  // namespace borelli

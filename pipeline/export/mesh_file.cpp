@@ -18,7 +18,7 @@
 
 namespace borelli {
 
-// 80 bytes of text, the number of triangles, then per triangle normal, three points and two unused bytes
+// 80 bytes of text, the number of triangles, then per triangle its normal, three points and two unused bytes
 Result<void> write_stl(const std::string& path, const Mesh& mesh) {
   static_assert(std::endian::native == std::endian::little, "STL is little-endian");
   std::string bytes = "borelli " + mesh.name + ", metres";

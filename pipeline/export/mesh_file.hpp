@@ -1,4 +1,4 @@
-// Meshes as files: STL for tools that take triangles, VTP for those that read VTK.
+// Writes and reads meshes: STL for tools that take triangles, VTP for tools that read VTK.
 #pragma once
 
 #include <filesystem>
@@ -10,7 +10,7 @@
 
 namespace borelli {
 
-/// Binary STL, coordinates in metres (the format has no unit; the header's text says it). Errors: not
+/// Binary STL, coordinates in metres (the format has no unit; the header's text states it). Errors: not
 /// writable, disk full.
 Result<void> write_stl(const std::string& path, const Mesh& mesh);
 
@@ -18,15 +18,15 @@ Result<void> write_stl(const std::string& path, const Mesh& mesh);
 /// disk full.
 Result<void> write_vtp(const std::string& path, const Mesh& mesh);
 
-/// Reads such a file back. Errors: missing, damaged, or not made of triangles.
+/// Reads a file of write_vtp. Errors: missing, damaged, or not made of triangles.
 Result<Mesh> read_vtp(const std::string& path);
 
 struct MeshFormats {
   bool stl = true, vtp = true;
 };
 
-/// Writes each mesh into `folder` (made where missing) as <name>.stl and <name>.vtp, whole or not at all;
-/// what a file's name cannot hold becomes an underscore. Answers the files. Errors: as the writers; two
+/// Writes each mesh into `folder` (created if missing) as <name>.stl and <name>.vtp, whole or not at all.
+/// Characters that a file name cannot hold become underscores. Returns the files. Errors: as the writers; two
 /// meshes of one file name.
 Result<std::vector<std::filesystem::path>> write_meshes(const std::filesystem::path& folder,
                                                         const std::vector<Mesh>& meshes,

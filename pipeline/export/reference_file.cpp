@@ -13,7 +13,7 @@
 namespace borelli {
 namespace {
 
-/// The fields of a line; a field in quotes may hold commas.
+/// The fields of a line; a quoted field may contain commas.
 std::vector<std::string> fields_of(const std::string& line) {
   std::vector<std::string> out(1);
   bool quoted = false;
@@ -48,7 +48,7 @@ Result<GivenReference> from_csv(const std::filesystem::path& path, const std::ve
   const auto text = read_input_file(path);
   if (!text) return tl::unexpected(text.error());
   GivenReference out{.name = path.filename().string(), .times = {}, .poses = {}};
-  std::vector<std::size_t> columns;  // time, then seven of each solid
+  std::vector<std::size_t> columns;  // time, then seven per solid
   std::istringstream lines(*text);
   std::string line;
   for (int number = 1; std::getline(lines, line); ++number) {

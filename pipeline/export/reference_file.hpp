@@ -1,5 +1,5 @@
-// A motion that a user knows better than any run (a closed form, a published solution, another program's),
-// for charts of error.
+// Reads a reference motion that the user supplies (a closed form, a published solution, another program's
+// result), for charts of error.
 #pragma once
 
 #include <filesystem>
@@ -12,16 +12,16 @@
 namespace borelli {
 
 struct GivenReference {
-  std::string name;           ///< the file's
-  double error = 1e-12;       ///< what it is off by, over the scene's length, and in rad
+  std::string name;           ///< of the file
+  double error = 1e-12;       ///< its own error: over the scene's length, and in rad
   std::vector<double> times;  ///< s, rising
   std::vector<Pose> poses;    ///< X_WS: [time * solids + solid]
 };
 
-/// Reads an HDF5 trajectory, or CSV with a line of names, among them "time [s]" and, of each of `solids`,
-/// "position NAME.x [m]" ... and "orientation NAME.w [1]", .x, .y, .z (a quaternion, made unit): as
-/// `simulate` writes both. Other columns, and lines that begin with '#', count for nothing. Errors name what
-/// is missing, or the line that is wrong.
+/// Reads an HDF5 trajectory or a CSV file, both as `simulate` writes them. The CSV has a line of names with
+/// "time [s]" and, for each of `solids`, "position NAME.x [m]" ... and "orientation NAME.w [1]", .x, .y, .z
+/// (a quaternion, normalised on reading). Other columns and lines that begin with '#' are ignored. Errors
+/// name the missing column or the wrong line.
 Result<GivenReference> read_reference(const std::filesystem::path& path,
                                       const std::vector<std::string>& solids);
 

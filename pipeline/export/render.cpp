@@ -10,7 +10,7 @@
 namespace borelli {
 namespace {
 
-// whether all points lie in one plane across an axis, or there are none
+// whether all points lie in one plane normal to a coordinate axis, or there are none
 bool flat(const std::vector<Mesh>& meshes) {
   Eigen::Array3f least = Eigen::Array3f::Constant(1e30F), greatest = -least;
   for (const Mesh& mesh : meshes)

@@ -1,4 +1,4 @@
-// A picture of the body: its parts, coloured, from the front and from the left.
+// Draws the body's parts in colour, from the front and from the left.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,12 +12,12 @@ namespace borelli {
 
 struct PictureOptions {
   int height = 1400;                    ///< pixels; the width follows from the body
-  std::vector<Eigen::Vector3d> joints;  ///< centres p_WJ, m: drawn as small dark balls, seen through the body
+  std::vector<Eigen::Vector3d> joints;  ///< centres p_WJ, m: small dark balls, visible through the body
 };
 
 /// Draws meshes of body parts (world frame: x to the Left, y to Posterior, z up) and writes a PNG to `path`.
-/// Parts have their colour of palette.hpp, other names one of their own. Errors: no X display (VTK needs one
-/// even to draw unseen), path not writable, nothing to draw.
+/// Parts have their colours of palette.hpp; other names get colours of their own. Errors: no X display (VTK
+/// needs one even off-screen), path not writable, nothing to draw.
 Result<void> draw_body(const std::string& path, const std::vector<Mesh>& meshes,
                        const PictureOptions& options = {});
 

@@ -21,7 +21,7 @@ struct IndexBox {
   }
 };
 
-/// The patient box around the corners of an index box that reaches half a voxel beyond its voxels.
+/// The patient box around an index box extended by half a voxel.
 IndexBox box_of_indices(const Grid& grid, const Eigen::Vector3d& first, const Eigen::Vector3d& last) {
   IndexBox box;
   for (int corner = 0; corner < 8; ++corner) {
@@ -70,15 +70,15 @@ void state_range(Thumbnail& copy, const GreyVolume& grey) {
   switch (grey.quantity) {
     case Quantity::hu:
       copy.low = -1000, copy.high = 1550;
-      return;  // 10 HU a step
+      return;  // 10 HU per step
     case Quantity::density_kgm3:
       copy.low = 0, copy.high = 2040;
-      return;  // 8 kg/m^3 a step
+      return;  // 8 kg/m^3 per step
     case Quantity::labels:
     case Quantity::mr:
       break;
   }
-  // arbitrary units: up to what 0.2 % of the voxels exceed
+  // arbitrary units: the window ends at the value that 0.2 % of the voxels exceed
   std::vector<std::int16_t> some;
   const std::size_t stride = std::max<std::size_t>(1, grey.voxels.size() / 200'000);
   for (std::size_t i = 0; i < grey.voxels.size(); i += stride) some.push_back(grey.voxels[i]);
@@ -111,8 +111,8 @@ double value_at(const GreyVolume& grey, const Eigen::Vector3d& index) {
   return sum;
 }
 
-/// Where the samples of one voxel lie, as index displacements in the source: two along an axis of the copy
-/// whose voxels are wide against the source's, one along the others.
+/// Sample points of one voxel of the copy, as index displacements in the source: two along an axis on which
+/// the copy's voxels are wide relative to the source's, one along the others.
 std::vector<Eigen::Vector3d> sample_offsets(const Grid& grid, double spacing) {
   const Eigen::Matrix3d index_of_mm = grid.axes.inverse();
   std::vector<Eigen::Vector3d> offsets{Eigen::Vector3d::Zero()};
@@ -129,8 +129,8 @@ std::vector<Eigen::Vector3d> sample_offsets(const Grid& grid, double spacing) {
   return offsets;
 }
 
-/// Calls `set` with the offset of every voxel of the copy's slices [first, last) and its centre as a
-/// fractional index of `grid`; voxels outside that grid are left out.
+/// Calls `set` with the offset of every voxel in the copy's slices [first, last) and with its centre as a
+/// fractional index of `grid`. Skips voxels outside that grid.
 template <class Set>
 void each_voxel_in(const Grid& grid, const Thumbnail& copy, std::int64_t first, std::int64_t last,
                    Set&& set) {
@@ -153,7 +153,7 @@ void each_voxel_in(const Grid& grid, const Thumbnail& copy, std::int64_t first, 
         }
     return;
   }
-  // along the patient's axes each index goes with one of the copy's: found once
+  // on a grid along the patient's axes each index depends on one index of the copy: computed once
   std::array<std::vector<std::pair<double, std::int64_t>>, 3> places;
   for (std::size_t c = 0; c < 3; ++c)
     for (std::int64_t n = 0; n < copy.size[c]; ++n) {

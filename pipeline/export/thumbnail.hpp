@@ -1,4 +1,4 @@
-// A small copy of a scan and its labels for looking at: cubic voxels along the patient's axes, one byte each.
+// Small copies of a scan and its labels for viewing: cubic voxels along the patient's axes, one byte each.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,14 +16,14 @@ struct Thumbnail {
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< centre of voxel (0, 0, 0), mm, LPS
   /// Grey value of byte b: low + b / 255 (high - low), clamped; in the quantity's unit.
   double low = 0, high = 0;
-  std::vector<std::uint8_t> grey;    ///< i fastest; empty where there are no grey values
-  std::vector<std::uint8_t> labels;  ///< i fastest; empty where there are no labels
+  std::vector<std::uint8_t> grey;    ///< i fastest; empty: no grey values
+  std::vector<std::uint8_t> labels;  ///< i fastest; empty: no labels
 };
 
-/// The copy: around the labelled voxels with a margin of 30 mm, or of the whole grid where nothing is
-/// labelled, as fine as the source's finest axis but of at most `most_voxels`. Grey values are means over the
-/// copy's voxels (of up to 8 trilinear samples), labels those at their centres. At least one of the two must
-/// be given; each lies on a grid of its own.
+/// The copy covers the labelled voxels with a margin of 30 mm, or the whole grid if nothing is labelled. It
+/// is as fine as the source's finest axis, but has at most `most_voxels`. Grey values are means over the
+/// copy's voxels (of up to 8 trilinear samples); labels are taken at their centres. At least one of `grey`
+/// and `labels` must be given; each lies on its own grid.
 Thumbnail thumbnail(const GreyVolume* grey, const LabelMap* labels, std::size_t most_voxels = 8'000'000,
                     int threads = 0);
 

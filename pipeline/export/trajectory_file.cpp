@@ -19,7 +19,7 @@ namespace {
 
 constexpr const char* format = "borelli trajectory";
 
-// The certificate's numbers by their names, so that writer and reader cannot part ways.
+// The certificate's numbers by name, shared by writer and reader.
 template <class C, class Visit>
 void certificate_numbers(C& c, Visit&& visit) {
   visit("trusted", c.trusted);
@@ -43,7 +43,7 @@ void certificate_numbers(C& c, Visit&& visit) {
   visit("smallest_step_time", c.smallest_step_time);
 }
 
-// Those that came later: a file of before has none.
+// Numbers that older files lack.
 template <class C, class Visit>
 void singular_numbers(C& c, Visit&& visit) {
   visit("nearness", c.nearness);
@@ -52,7 +52,7 @@ void singular_numbers(C& c, Visit&& visit) {
   visit("singular_turn", c.singular_turn);
 }
 
-// ---- HDF5 out ----
+// ---- writing HDF5 ----
 
 void write_column(Hdf5Writer& file, const std::string& name, const std::vector<double>& values,
                   const char* units) {
@@ -73,13 +73,13 @@ void write_column(Hdf5Writer& file, const std::string& name, const std::vector<T
   }
 }
 
-// One row per time, also where there are no columns.
+// One row per time, also if there are no columns.
 void write_rows(Hdf5Writer& file, const std::string& name, std::size_t times, const Rows& rows,
                 const char* units) {
   file.numbers(name, {times, static_cast<std::size_t>(rows.cols())}, rows.data(), units);
 }
 
-// Unit quaternions of all poses; each has the sign that lies nearer to the one before it of the same solid.
+// Unit quaternions of all poses; the sign is the one nearer to the same solid's previous quaternion.
 std::vector<double> orientations(const Trajectory& t) {
   std::vector<double> out;
   out.reserve(4 * t.poses.size());
@@ -205,9 +205,9 @@ Result<void> write_hdf5(const Trajectory& t, const std::string& scene, const std
   return file.close();
 }
 
-// ---- HDF5 in ----
+// ---- reading HDF5 ----
 
-// Reads arrays one after the other; the first thing wrong is kept and ends the reading.
+// Reads arrays one after the other; the first error is kept and ends the reading.
 class Fill {
  public:
   Fill(const Hdf5Reader& file, const std::filesystem::path& path) : file_(file), path_(path.string()) {}
@@ -267,7 +267,7 @@ class Fill {
     if (!value) error_ = value.error();
     return value.value_or(0);
   }
-  // For what files of earlier programs do not hold.
+  // For data that files of older versions lack.
   bool holds(const std::string& name) const { return file_.holds(name); }
   double attribute_if_there(const std::string& object, const std::string& name, double otherwise = 0) const {
     return file_.number_attribute(object, name).value_or(otherwise);
@@ -281,7 +281,7 @@ class Fill {
     if (!value) error_ = value.error();
     return value.value_or("");
   }
-  // A number of the file as another type; a damaged one may not fit.
+  // Converts a number of the file to another type; in a damaged file it may not fit.
   template <class T>
   T as(const std::string& name, double value) {
     if constexpr (std::is_same_v<T, bool>) return value != 0;

@@ -1,9 +1,7 @@
-// Trajectories as HDF5 (all of it, to be read back here or by h5py, MATLAB ...) and as CSV (a table for a
-// spreadsheet).
-// The HDF5 layout stands as a table in pipeline/README.md.
-// CSV: one row per output time; columns time, q, v, a, energies, momenta, multipliers, drives, every solid's
-// pose and, where asked for, the reactions of its joint, each with its unit in brackets; lines before the
-// header begin with '#' and hold the certificate.
+// Writes trajectories as HDF5 (complete; read back here or by h5py, MATLAB ...) and as CSV (a table for
+// spreadsheets). docs/file_formats.md gives the HDF5 layout. CSV: one row per output time; columns time, q,
+// v, a, energies, momenta, multipliers, drives, every solid's pose and, if requested, the reactions of its
+// joint, each with its unit in brackets. Lines before the header begin with '#' and hold the certificate.
 #pragma once
 
 #include <filesystem>
@@ -14,7 +12,7 @@
 
 namespace borelli {
 
-/// Writes .h5/.hdf5 or .csv, by the path's ending. `scene` is the text of the scene that was simulated.
+/// Writes .h5/.hdf5 or .csv, by the path's extension. `scene`: text of the simulated scene.
 Result<void> write_trajectory(const Trajectory& trajectory, const std::string& scene,
                               const std::filesystem::path& path);
 
@@ -23,8 +21,8 @@ struct StoredTrajectory {
   std::string scene;  ///< the scene's TOML text
 };
 
-/// Reads an HDF5 trajectory back: every number as it was, orientations to rounding. A file that is damaged,
-/// cut short or of another make ends in an error.
+/// Reads an HDF5 trajectory: every number exactly, orientations to rounding. Errors: a damaged, truncated or
+/// foreign file.
 Result<StoredTrajectory> read_trajectory(const std::filesystem::path& path);
 
 /// Whether a file is an HDF5 trajectory, by its format attribute.

@@ -37,7 +37,8 @@ void UnfinishedRows::write(const Trajectory& so_far) {
   static_cast<void>(write_whole(
       path_, [&](const std::filesystem::path& beside) { return write_trajectory(so_far, scene_, beside); }));
   const auto now = Clock::now();
-  next_ = now + std::max({Clock::duration(shortest_interval), (now - begun_) / writes, (now - from) * writes});
+  next_ =
+      now + std::max({Clock::duration(shortest_interval), (now - begun_) / writes, (now - from) * writes});
 }
 
 }  // namespace borelli

@@ -1,4 +1,4 @@
-// Saves the rows of a running simulation beside its output, so that they survive if the run is killed.
+// Saves the rows of a running simulation beside its output, so that they survive a killed run.
 #pragma once
 
 #include <chrono>

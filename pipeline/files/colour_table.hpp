@@ -1,4 +1,4 @@
-// The labels' colours as 3D Slicer reads them: a colour table beside a label map.
+// Writes the labels' colours beside a label map, as a colour table of 3D Slicer.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace borelli {
 
-/// A line per label, "id name r g b a", 0 to 255, with the colours of palette.hpp; spaces in names become
+/// One line per label, "id name r g b a", 0 to 255, with the colours of palette.hpp. Spaces in names become
 /// '_'. Outside is transparent.
 std::string colour_table(const LabelMap& labels);
 

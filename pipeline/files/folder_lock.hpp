@@ -1,4 +1,4 @@
-// One run at a time in a folder.
+// Allows only one run at a time in a folder.
 #pragma once
 
 #include <filesystem>
@@ -7,13 +7,13 @@
 
 namespace borelli {
 
-/// Holds a folder against a second run in it, for as long as it lives. The system lets go of it when the
-/// program ends, however it ends, so that a run that was killed blocks none after it; the empty file `.lock`
-/// stays in the folder and means nothing by itself.
+/// Locks a folder during its lifetime. The operating system releases the lock when the program ends for any
+/// reason, so a killed run blocks none after it. The empty file `.lock` stays in the folder; its presence
+/// alone means nothing.
 class FolderLock {
  public:
-  /// Makes the folder where it is missing. Errors: it cannot be made or written to; another run holds it; its
-  /// file system has no locks.
+  /// Creates the folder if missing. Errors: it cannot be created or written to; another run holds the lock;
+  /// the file system has no locks.
   static Result<FolderLock> take(const std::filesystem::path& folder);
 
   FolderLock(FolderLock&& other) noexcept;

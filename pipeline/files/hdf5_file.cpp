@@ -16,7 +16,7 @@
 namespace borelli {
 namespace {
 
-// Looks for HDF5's signature where the format allows it: at byte 0, 512, 1024, 2048, ...
+// Searches HDF5's signature where the format allows it: at byte 0, 512, 1024, 2048, ...
 bool has_signature(const std::filesystem::path& path) {
   constexpr std::string_view signature = "\x89HDF\r\n\x1a\n";
   std::ifstream file(path, std::ios::binary);
@@ -33,7 +33,7 @@ constexpr std::size_t seal_size = before_digest.size() + 64 + 1;
 // The last bytes of a file that close() writes.
 std::string seal(const std::string& digest) { return std::string(before_digest) + digest + '\n'; }
 
-// Whether the file ends in the digest of its other bytes. Errors: a digest that is wrong or cut off.
+// Whether the file ends with the digest of its other bytes. Errors: a wrong or truncated digest.
 Result<bool> bears_digest(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary | std::ios::ate);
   const std::streamoff size = file.tellg(), rest = size - static_cast<std::streamoff>(seal_size);

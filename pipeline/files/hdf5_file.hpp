@@ -1,9 +1,9 @@
-// HDF5 files with what this program needs: named arrays of numbers with units, lists of texts, attributes.
-// Thin ownership around HDF5's C interface. A damaged file gives an error for the user, not HDF5's error
-// stack, nor a crash or hang of HDF5 1.10.
+// HDF5 files as this program needs them: named arrays of numbers with units, lists of texts, attributes. A
+// thin wrapper that owns HDF5's handles. A damaged file gives an error for the user, not HDF5's error stack,
+// and neither a crash nor a hang of HDF5 1.10.
 //
-// Files written here end in the digest of all bytes before it. HDF5 ignores it, and drops it when another
-// program changes the file:
+// Files written here end with the digest of all bytes before it. HDF5 ignores it. Another program that
+// changes the file drops it:
 //
 //   "\nborelli sha256 " 64 hexadecimal digits "\n"
 #pragma once
@@ -25,9 +25,9 @@ struct Hdf5Array {
   std::vector<double> values;      ///< product of shape
 };
 
-/// Builds a new file in memory; close() writes it (an old one of that name is replaced). Names are paths,
-/// "/group/array"; groups arise as needed. The first thing that fails is kept and answered by close(); what
-/// follows it is left out.
+/// Builds a new file in memory; close() writes it and replaces an old one of that name. Names are paths,
+/// "/group/array"; groups are created as needed. The first failure is kept and returned by close(); later
+/// calls do nothing.
 class Hdf5Writer {
  public:
   explicit Hdf5Writer(const std::filesystem::path& path);
@@ -39,12 +39,12 @@ class Hdf5Writer {
   void numbers(const std::string& name, const std::vector<std::size_t>& shape, const double* values,
                const std::string& units);
   void texts(const std::string& name, const std::vector<std::string>& values);
-  /// Attributes of a group or array that is there ("/" for the file).
+  /// Adds an attribute to an existing group or array ("/" for the file).
   void attribute(const std::string& object, const std::string& name, const std::string& text);
   void attribute(const std::string& object, const std::string& name, double number);
   void group(const std::string& name);
 
-  /// Writes the file, once; says what failed, if anything did.
+  /// Writes the file; call it once. Error: the first failure.
   Result<void> close();
 
  private:
@@ -54,8 +54,8 @@ class Hdf5Writer {
   const Hdf5Functions* functions_ = nullptr;
 };
 
-/// Reads a file. Every answer that is missing or of another type is an error that names the file and the
-/// array.
+/// Reads a file. A missing array or attribute, or one of another type, is an error that names the file and
+/// the array.
 class Hdf5Reader {
  public:
   /// Opens the file and calls `take`. If the file has no digest, a child process with limits on time and

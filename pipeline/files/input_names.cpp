@@ -18,7 +18,8 @@ std::string without_slashes_at_end(std::string path) {
 
 bool is_word_letter(char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-'; }
 
-// Whether `path`, at [begin, end) of `text`, is a path there or the first folders of one, not part of a word.
+// Whether `path`, at [begin, end) of `text`, is a whole path or the leading folders of one, not part of a
+// word.
 bool is_whole_path(const std::string& text, std::size_t begin, std::size_t end, const std::string& path) {
   const char before = begin > 0 ? text[begin - 1] : ' ', after = end < text.size() ? text[end] : ':';
   if (is_word_letter(before) || before == '/' || before == '.') return false;

@@ -1,10 +1,9 @@
-// One colour per body part, the same in the meshes, the pictures and the report.
+// One colour per body part, the same in meshes, pictures and report.
 //
-// A left part is the lighter, its right twin the darker shade of one hue. The values were found by a search
-// over sRGB that kept each part near its hue while it raised the smallest CIEDE2000 distance between parts,
-// in normal vision and in the three dichromacies (protan, deutan, tritan; Machado, Oliveira & Fernandes
-// (2009) IEEE TVCG 15:1291, severity 1): at least 15 where parts touch, 13 between left and right, 7 between
-// any two.
+// A left part has the lighter, its right twin the darker shade of one hue. A search over sRGB kept each part
+// near its hue and maximised the smallest CIEDE2000 distance between parts, in normal vision and in the three
+// dichromacies (protan, deutan, tritan; Machado, Oliveira & Fernandes (2009) IEEE TVCG 15:1291, severity 1).
+// Distances are at least 15 between parts that touch, 13 between left and right, 7 between any two.
 #pragma once
 
 #include <algorithm>
@@ -27,7 +26,8 @@ struct Colour {
   constexpr bool operator==(const Colour&) const = default;
 };
 
-/// part_colours[label], in the order of `parts`; label 0 (outside) is the grey of what is no body part.
+/// part_colours[label], in the order of `parts`; label 0 (outside) is the grey of everything that is not a
+/// body part.
 inline constexpr std::array<Colour, parts.size()> part_colours{{
     {0x9a, 0x9a, 0x9a},  // outside
     {0xf6, 0xcc, 0x5a},  // head
@@ -48,15 +48,14 @@ inline constexpr std::array<Colour, parts.size()> part_colours{{
     {0x79, 0x0d, 0x40},  // foot_right
 }};
 
-/// Colour of a part by its name ("thigh_left"), of a group of parts that of its first; grey for a name that
-/// is neither.
+/// Colour of a part by its name ("thigh_left"), or of a group by its first part; grey for other names.
 constexpr Colour part_colour(std::string_view name) {
   if (const SegmentGroup* group = segment_group(name)) name = group->parts.front();
   return part_colours[static_cast<std::size_t>(part_label(name))];
 }
 
-/// For names that are no body part, the n-th: hues a golden angle apart, so that neighbours in a list differ
-/// most.
+/// Colour of the n-th name that is not a body part: hues a golden angle apart, so that neighbours in a list
+/// differ most.
 inline Colour other_colour(std::size_t n) {
   const double hue = std::fmod(static_cast<double>(n) * 0.618034, 1.0);
   const auto channel = [&](double shift) {

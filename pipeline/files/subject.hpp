@@ -1,4 +1,4 @@
-// Who was scanned, as far as the table needs it: the sex whose published values stand beside.
+// The scanned person as far as the table needs it: the sex selects the published values to compare with.
 #pragma once
 
 #include <string>
@@ -8,15 +8,15 @@
 
 namespace borelli {
 
-/// Younger than this, published values of adults are not put beside on a header's word alone, years.
+/// Age in years below which a header's sex alone does not select published values of adults.
 inline constexpr double adult_from = 16;
 
 struct Subject {
   std::string sex;                 ///< "male", "female", or empty: nothing to compare with
-  std::vector<std::string> notes;  ///< what was taken from the header, or contradicts the user, a line each
+  std::vector<std::string> notes;  ///< what came from the header or contradicts the user, one line each
 };
 
-/// The user's word (`said_sex`, empty where there is none) goes before the header's.
+/// The user's `said_sex` (empty: not stated) overrides the header's.
 Subject subject_of(const ScannedVolume& scan, const std::string& said_sex);
 
 }  // namespace borelli

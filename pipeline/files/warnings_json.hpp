@@ -11,15 +11,13 @@
 
 namespace borelli {
 
-/// A list of objects as above; "head", "item" and "reason" where they are not empty.
+/// A list of objects as above; "head", "item" and "reason" only if not empty.
 nlohmann::json to_json(const std::vector<Warning>& warnings);
 
-/// The same back. What is no such object is left out; a kind or severity that is not known counts as a note
-/// of the scan.
+/// Reads them back. Other objects are ignored. An unknown kind or severity becomes a note on the scan.
 std::vector<Warning> warnings_from(const nlohmann::json& list);
 
-/// What a stage's entry in run.json says of its warnings: "warnings" in sentences, "single_warnings" as
-/// above.
+/// A stage's warnings as an entry of run.json: "warnings" as sentences, "single_warnings" as above.
 nlohmann::json warnings_entry(const std::vector<Warning>& warnings);
 
 }  // namespace borelli

@@ -23,8 +23,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Partial files that are being written now. Plain bytes at a fixed place, so that a signal's handler may read
-// them: it must not lock or allocate.
+// Partial files being written now, as plain bytes at a fixed address: a signal handler reads them and must
+// not lock or allocate.
 struct Slot {
   std::atomic<bool> taken{false}, ready{false};
   std::atomic<pid_t> thread{0};
@@ -71,13 +71,13 @@ fs::path folder_of(const fs::path& path) {
 
 constexpr std::string_view partial_prefix = ".partial-";
 
-// the name of a file while it is being written
+// temporary name of a file while it is written
 std::string partial_name(const std::string& name) {
   return std::string(partial_prefix) + std::to_string(getpid()) + "-" + name;
 }
 
 // Shared lock on a folder while a file in it is written. It also shows a living writer to programs that
-// cannot see the writer's process (another container, another machine with the same disk).
+// cannot see its process (another container, another machine with the same disk).
 class WriterInFolder {
  public:
   explicit WriterInFolder(const fs::path& folder)
@@ -94,7 +94,7 @@ class WriterInFolder {
   int file_;
 };
 
-// The process in ".partial-PROCESS-NAME", with NAME as `target`; 0 for other names.
+// Process number in ".partial-PROCESS-NAME", with NAME as `target`; 0 for other names.
 pid_t writer_of(std::string_view name, std::string_view& target) {
   if (!name.starts_with(partial_prefix)) return 0;
   name.remove_prefix(partial_prefix.size());
@@ -131,21 +131,21 @@ void sweep_folder(const fs::path& folder, std::string_view of_target) {
 // Flushes a file or folder to the disk.
 Result<void> sync(const fs::path& path, bool folder = false) {
   const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC | (folder ? O_DIRECTORY : 0));
-  if (file < 0 && (folder || errno == EACCES)) return {};  // no right to read it
+  if (file < 0 && (folder || errno == EACCES)) return {};  // no permission to read it
   if (file < 0) return failure(path.string(), std::string("cannot be read again: ") + std::strerror(errno));
   const int answer = fsync(file), reason = errno;
   close(file);
-  if (answer == 0 || reason == EINVAL || reason == ENOTSUP) return {};  // some file systems cannot
+  if (answer == 0 || reason == EINVAL || reason == ENOTSUP) return {};  // unsupported by some file systems
   return failure(path.string(), std::string("cannot be flushed to the disk: ") + std::strerror(reason));
 }
 
-// The error with the final path in place of the temporary one.
+// The error with the final path instead of the temporary one.
 tl::unexpected<Error> named(Error error, const fs::path& beside, const fs::path& path) {
   for (std::string* text : {&error.where, &error.what}) replace_all(*text, beside.string(), path.string());
   return tl::unexpected(std::move(error));
 }
 
-// what stands against a file of that name in `folder`, "" where nothing does
+// what prevents a file of that name in `folder`; "" if nothing does
 std::string obstacle(const fs::path& folder, const std::string& name) {
   std::error_code problem;
   std::vector<fs::path> missing;
@@ -182,7 +182,7 @@ Result<void> check_no_folder(const fs::path& path) {
 
 void stop_writing() noexcept {
   stopped = true;
-  // a thread that is noted and has not opened its file yet had not seen that: the file is waited for
+  // a thread may have registered its file before the stop and not opened it yet: wait for the file
   std::array<bool, slots.size()> removed{};
   for (int waited = 0; waited < 500; ++waited) {  // ms
     bool missing = false;
@@ -224,7 +224,8 @@ Result<void> write_whole(const fs::path& path, const std::function<Result<void>(
   sweep_partial_files(path);
   const WriterInFolder writer(folder);
 
-  // hidden, so that a person does not take it for a result; the extension stays, since writers choose by it
+  // hidden, so that nobody takes it for a result; with the same extension, since writers choose the format by
+  // it
   const fs::path beside = folder / partial_name(path.filename().string());
   Noted noted(beside.string());
   if (stopped) {

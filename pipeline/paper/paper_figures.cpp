@@ -50,7 +50,7 @@ Plot energies(const std::string& title, const Trajectory& t) {
   return plot;
 }
 
-// What figures of energies cannot show at their scale: how far the total strays from its start.
+// Drift of the total energy, which is invisible at the scale of the energy figures.
 Plot straying(const std::string& title, const std::vector<std::pair<std::string, const Trajectory*>>& runs) {
   Plot plot{title, {"time (s)"}, {"|total energy - at the start| (J)", true}, {}, {}};
   plot.x.low = 0, plot.x.high = runs.front().second->times.back();
@@ -64,7 +64,7 @@ Plot straying(const std::string& title, const std::vector<std::pair<std::string,
         fmt::format("{}: {} evaluations of the equations.", name, t->certificate.evaluations));
   }
   plot.y.low =
-      std::pow(10, std::floor(std::log10(largest)) - 8);  // only where a curve crosses zero is it lower
+      std::pow(10, std::floor(std::log10(largest)) - 8);  // a curve is lower only where it crosses zero
   return plot;
 }
 
@@ -80,7 +80,7 @@ Plot step_sizes(const std::string& title, const Trajectory& t) {
   return plot;
 }
 
-// What the shock costs by how unlike the two masses are.
+// Cost of the shock against the mass ratio.
 Result<Plot> shock_costs(const ShockRatioSettings& s) {
   const auto rows = shock_ratios(s);
   if (!rows) return tl::unexpected(rows.error());
@@ -119,7 +119,7 @@ double cpu_seconds() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-// Median CPU time of a whole simulation, compiled scene to trajectory, one row per 0.1 s.
+// Median processor time of a whole simulation, from compiled scene to trajectory, one row per 0.1 s.
 Result<double> cost(Scene scene, const std::string& method, const PaperFigureSettings& s) {
   scene.simulation.method = method;
   scene.simulation.step = 0.001;

@@ -16,7 +16,7 @@ extern const char* const shock;
 
 namespace {
 
-// Scenes that are built in; tests read them, so an error here is ours.
+// Built-in scenes; tests read them, so an error here is a bug.
 Scene built_in(const char* text, const char* name) {
   auto scene = parse_scene(text, name);
   if (!scene) throw std::logic_error(scene.error().message());

@@ -44,7 +44,7 @@ Result<double> evaluations_at(const System& system, SimulationSettings how, doub
   std::optional<Cost> before;
   while (true) {
     const auto now = cost_of(system, how);
-    // steps that are too coarse for the shock may fail to go through it at all
+    // a run with steps too coarse for the shock may fail
     const bool went = now.has_value();
     if (!went && (adaptive ? how.tolerance < 1e-9 : how.step < 1e-5)) return tl::unexpected(now.error());
     if (went && now->energy_error <= energy_error) {

@@ -1,5 +1,5 @@
-// What steps of one length cost in the paper's shock scene, against methods that choose theirs, by how much
-// heavier the cube is than the bar that stops it.
+// Compares the cost of fixed and adaptive steps in the paper's shock scene, over the mass ratio of the cube
+// to the bar that stops it.
 #pragma once
 
 #include <string>
@@ -12,23 +12,23 @@ namespace borelli {
 struct ShockRatioSettings {
   std::vector<double> mass_ratios{1, 2, 5, 10, 20, 50, 100, 200, 500, 1000};  ///< cube over bar (1 kg)
   double end = 5;                                                             ///< s
-  /// Largest error of the total energy, of the energy of the cube's fall through the bar's length.
+  /// Largest error of the total energy, over the energy of the cube's fall through the bar's length.
   double energy_error = 1e-5;
 };
 
-/// The methods compared: the first has steps of one length, the second is the paper's adaptive one.
+/// The compared methods: the first has fixed steps, the second is the paper's adaptive one.
 inline constexpr const char* shock_methods[] = {"rk4", "rk4_adaptive", "dopri5", "dop853", "gbs"};
 
-/// Evaluations of the equations that each method needs so that the total energy, which the scene conserves,
-/// strays by no more than asked over the whole run. Steps are halved (tolerances divided by 10^(1/2)) from
-/// coarse ones on until it does; between the last two the count is interpolated in logarithms. NaN: not
-/// reached within 4e6 evaluations.
+/// Evaluations of the equations that each method needs to keep the total energy, which the scene conserves,
+/// within the allowed error over the whole run. Starting coarse, steps are halved (tolerances divided by
+/// 10^(1/2)) until the error is small enough; between the last two runs the count is interpolated in
+/// logarithms. NaN: not reached within 4e6 evaluations.
 struct ShockRatio {
   double mass_ratio = 0;
   std::vector<double> evaluations;  ///< by shock_methods
 };
 
-/// Errors: a run that ends early, by its method and mass ratio.
+/// Errors: a run that ends early; the error names its method and mass ratio.
 Result<std::vector<ShockRatio>> shock_ratios(const ShockRatioSettings& settings = {});
 
 }  // namespace borelli

@@ -12,13 +12,13 @@
 namespace borelli {
 namespace {
 
-// The end of a range that an event crossed, in the reader's units.
+// The bound that an event crossed, in the reader's units.
 std::string in_words(const System& system, const RangeEnd& end) {
   const auto& limited = system.ranges[static_cast<std::size_t>(end.coordinate)];
   const CoordinateInfo& info = system.coordinates[static_cast<std::size_t>(limited.coordinate)];
   const Range& range = limited.ranges[static_cast<std::size_t>(end.component)];
   const double bound = end.upper ? range.upper : range.lower;
-  // -0 is 0, also after rounding to the tenth that is shown
+  // -0 becomes 0, also after rounding to the displayed tenth
   const double shown = (info.angle ? std::round(bound * 1800 / std::numbers::pi) / 10 : bound) + 0.0;
   return fmt::format("{} ({}{} {:g} {})", info.name,
                      info.v_size == 1 ? "" : fmt::format("about its {} axis, ", "xyz"[end.component]),
@@ -28,7 +28,7 @@ std::string in_words(const System& system, const RangeEnd& end) {
 }  // namespace
 
 std::vector<std::string> warnings_of(const Certificate& certificate, const System& system) {
-  std::set<int> left;  // coordinates, in System::ranges
+  std::set<int> left;  // indices into System::ranges
   std::optional<RangeEnd> first;
   double when = 0;
   for (const LoggedEvent& event : certificate.events) {

@@ -1,5 +1,4 @@
-// What a run says of the joints that leave their ranges: one sentence, where the certificate has a note and
-// an event for each.
+// Merges the certificate's notes on joints that leave their ranges into one sentence.
 #pragma once
 
 #include <string>
@@ -10,9 +9,9 @@
 
 namespace borelli {
 
-/// The certificate's notes, with those of ranges merged into one sentence at their head: how many joints
-/// leave theirs, and which is the first, about which of its axes, where and when; angles in degrees, lengths
-/// in m.
+/// The certificate's notes. Those on ranges become one sentence, placed first: how many joints leave their
+/// ranges, and which joint is the first, about which axis, at which value and when. Angles in degrees,
+/// lengths in m.
 std::vector<std::string> warnings_of(const Certificate& certificate, const System& system);
 
 }  // namespace borelli

@@ -62,7 +62,7 @@ std::string_view view_of(const std::vector<std::uint8_t>& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-/// JSON that cannot end the script element it stands in; bytes that are not UTF-8 become U+FFFD.
+/// JSON that cannot end its enclosing script element; bytes that are not UTF-8 become U+FFFD.
 std::string script_json(const json& value) {
   std::string escaped;
   for (const char c : value.dump(-1, ' ', false, json::error_handler_t::replace))
@@ -100,8 +100,7 @@ json source_of(const ReportInputs& inputs) {
 
 std::string css_colour(Colour c) { return fmt::format("#{:02x}{:02x}{:02x}", c.red, c.green, c.blue); }
 
-/// Every part of the convention (of a table of some segments those alone), and after them what else the label
-/// map names.
+/// All parts of the convention (for a table of some segments, only those), then other names in the label map.
 json parts_of(const ReportInputs& inputs) {
   json list = json::array();
   const bool some = inputs.table.is_object() && inputs.table.contains("source") &&
@@ -126,7 +125,7 @@ json parts_of(const ReportInputs& inputs) {
   return list;
 }
 
-/// The grey values of the whole scan, counted; for CT numbers with the tissues' upper ends.
+/// Histogram of the whole scan's grey values; for CT numbers with the tissues' upper limits.
 json histogram_of(const GreyVolume& grey, const LabelMap* labels) {
   const Histogram counted = histogram(grey, labels);
   json made{{"low", counted.low},     {"width", counted.width}, {"all", counted.all},
@@ -155,7 +154,7 @@ json joints_of(const Landmarks& landmarks) {
   return list;
 }
 
-/// About the pictures whose grey values stand in `bytes`, one after another.
+/// Description of the pictures, whose grey values are appended to `bytes`.
 json fits_of(const std::vector<FitPicture>& pictures, std::vector<std::uint8_t>& bytes) {
   json fits = json::array();
   for (const FitPicture& picture : pictures) {
@@ -173,8 +172,8 @@ json fits_of(const std::vector<FitPicture>& pictures, std::vector<std::uint8_t>&
   return {{"pixels", FitPicture::pixels}, {"fits", fits}};
 }
 
-/// The planes by which the parts were cut, as lines in the picture from the front; null where the convention
-/// is none of ours, or none of its planes shows.
+/// The cut planes as lines in the picture from the front; null if the convention is not one of ours, or no
+/// plane is visible.
 json cuts_of(const ReportInputs& inputs, const Thumbnail& copy) {
   if (!inputs.labels || !inputs.landmarks) return nullptr;
   std::string name = "deleva1996";
@@ -188,8 +187,8 @@ json cuts_of(const ReportInputs& inputs, const Thumbnail& copy) {
   return {{"convention", name}, {"lines", lines}};
 }
 
-/// Takes the face out of the copy, and says in a word how: "taken" with the front of the head; "hidden" where
-/// no head was found, so that the copy shows no more than labelled parts.
+/// Removes the face from the copy. Answers "taken" if the front of the head was removed, "hidden" if no head
+/// was found and the copy shows only labelled parts.
 const char* take_face(const ReportInputs& inputs, Thumbnail& copy) {
   const auto cut = inputs.labels
                        ? face_cut(*inputs.labels, inputs.landmarks ? *inputs.landmarks : Landmarks())
@@ -201,7 +200,7 @@ const char* take_face(const ReportInputs& inputs, Thumbnail& copy) {
   return cut ? "taken" : "hidden";
 }
 
-/// Curves of at most some 1500 points, the trajectory's own samples.
+/// Curves of at most about 1500 points, which are samples of the trajectory.
 json motion_of(const Trajectory& motion) {
   const double span = motion.times.empty() ? 0 : motion.times.back() - motion.times.front();
   const auto kept = kept_samples(motion.times, span > 0 ? 1500 / span : 1);
@@ -263,7 +262,7 @@ Result<ScanViews> scan_views(const ReportInputs& inputs) {
 
   Thumbnail copy;
   std::vector<std::uint8_t> fits;
-  // packed beside what follows
+  // compressed while the code below runs
   std::vector<std::future<Result<std::string>>> blocks;
   const auto add_block = [&](const char* name, std::string_view bytes) {
     blocks.push_back(std::async(aside(0), block, name, bytes));
@@ -293,7 +292,7 @@ Result<ScanViews> scan_views(const ReportInputs& inputs) {
 }
 
 Result<std::string> report_page(const ReportInputs& inputs) {
-  std::future<Result<std::string>> body;  // packed beside what follows
+  std::future<Result<std::string>> body;  // compressed while the code below runs
   if (!inputs.glb.empty()) body = std::async(aside(0), block, "body", inputs.glb);
   ScanViews made;
   if (!inputs.views) {

@@ -24,19 +24,19 @@ void rod(AddForm add, Mesh& mesh, const Vector3d& from, const Vector3d& to, doub
   add(mesh, X, Cylinder{radius, d.norm()});
 }
 
-/// A plane that something holds against a solid or the world.
+/// A plane that a constraint places in a solid or the world.
 struct HeldPlane {
   std::string name;
   SolidPoint point;
   Vector3d normal = Vector3d::UnitZ();
 };
 
-/// Where constraints and efforts take hold of solids, by solid; and the planes of constraints.
+/// Points where constraints and efforts attach to solids, by solid; and the planes of constraints.
 struct Holds {
   std::map<std::string, std::vector<Vector3d>> points;
   std::vector<HeldPlane> planes;
-  std::string name;      ///< of what is visited
-  bool contact = false;  ///< it may touch its plane, which is then seen
+  std::string name;      ///< of the visited constraint or effort
+  bool contact = false;  ///< it is a contact, whose plane is drawn
 
   void operator()(std::string_view field, const SolidPoint& at) {
     if (field == "plane" && contact)
@@ -79,14 +79,14 @@ Holds holds_of(const Scene& scene) {
   return holds;
 }
 
-/// The edges of the box of even density with this mass and these principal moments.
+/// Edges of the uniform box with this mass and these principal moments.
 Vector3d box_of(double mass, const Vector3d& moments) {
   const double sum = moments.sum();
   return (6 / mass * (Vector3d::Constant(sum) - 2 * moments)).cwiseMax(0).cwiseSqrt();
 }
 
-/// A solid without a shape: what takes hold of it, or its inertia where nothing does but at its origin, drawn
-/// with a thickness that fits the scene.
+/// Substitute for a solid without a shape: rods to its attachment points, or its inertia box if all of them
+/// are at the origin. `thickness` suits the scene.
 Result<void> stand_in(AddForm add, Mesh& mesh, const Solid& solid, const std::vector<Vector3d>& held,
                       double thickness) {
   for (const Vector3d& point : held) rod(add, mesh, Vector3d::Zero(), point, thickness / 2);
@@ -109,7 +109,7 @@ Result<void> stand_in(AddForm add, Mesh& mesh, const Solid& solid, const std::ve
   return {};
 }
 
-/// How large the scene's solids are.
+/// Size of the scene's solids.
 double extent(const Scene& scene, const Holds& holds) {
   double largest = 0;
   const auto reach = [&](const Vector3d& p) { largest = std::max(largest, p.norm()); };
@@ -175,7 +175,7 @@ Result<std::string> scene_glb(const Scene& scene, const Trajectory& trajectory) 
   ScanPoses own_frames;
   GlbSettings settings;
   settings.title = scene.name;
-  // fast motions are looked at slowly
+  // fast motions are played slowly
   if (const double span = trajectory.times.empty() ? 0 : trajectory.times.back() - trajectory.times.front();
       span > 0)
     settings.samples_per_second = std::max(settings.samples_per_second, 300 / span);

@@ -1,4 +1,4 @@
-// What a scene looks like: its solids' shapes as meshes, and stand-ins for solids that have none.
+// Makes meshes of a scene: the solids' shapes, and substitutes for solids without a shape.
 #pragma once
 
 #include <string>
@@ -10,18 +10,18 @@
 
 namespace borelli {
 
-/// One mesh per solid, in the solid's own frame and by its name, then the ground of contacts with the world
-/// as thin plates in the world frame ("world: " and the constraint's name).
+/// One mesh per solid, in the solid's own frame and with its name. Then the ground of each contact with the
+/// world, as a thin plate in the world frame, named "world: " and the constraint's name.
 ///
-/// A solid without a shape is drawn as rods from its origin to where its children, constraints and efforts
-/// take hold of it; one that is held nowhere else as the box of even density that has its inertia (a point
-/// mass: a small sphere). Round forms are drawn with 32 sides. Errors: an inertia that cannot be.
+/// A solid without a shape becomes rods from its origin to the points where children, constraints and efforts
+/// attach. Without such points it becomes the uniform box with the solid's inertia (a point mass: a small
+/// sphere). Round shapes have 32 sides. Errors: an impossible inertia.
 Result<std::vector<Mesh>> scene_meshes(const Scene& scene);
 
-/// The scene's motion for 3D viewers (glb.hpp), a colour to each solid.
+/// The scene's motion for 3D viewers (glb.hpp), with one colour per solid.
 Result<std::string> scene_glb(const Scene& scene, const Trajectory& trajectory);
 
-/// The scene's motion as one page that needs nothing else (report.hpp): player, energies, certificate.
+/// The scene's motion as one self-contained page (report.hpp): player, energies, certificate.
 Result<std::string> scene_page(const Scene& scene, const Trajectory& trajectory);
 
 }  // namespace borelli

@@ -54,7 +54,7 @@ json settings_of(const RunSettings& s) {
             {"damping_ratio", s.leap.damping_ratio}}}};
 }
 
-// The settings of one stage, by name, so that a change of one reruns no more than what depends on it.
+// The settings of one stage, by name, so that a changed setting reruns only what depends on it.
 json pick(const json& all, std::initializer_list<const char*> names) {
   json some = json::object();
   for (const char* name : names) some[name] = all.at(name);
@@ -118,7 +118,7 @@ std::vector<Stage> stages_of(RunData& data) {
       {"mesh", {"segmentation"}, pick(all, {"mesh_tolerance_mm", "deface"}), {}, shown(make_meshes)});
   stages.push_back({"glb", {"mesh", "motion"}, json::object(), {"body.glb"}, mute(make_glb)});
   stages.push_back({"picture", {"mesh"}, json::object(), {"body.png"}, mute(draw_picture)});
-  // the picture, which one core draws, waits for meshes, which all make
+  // "slices" uses one core and waits for the meshes, which use all of them
   stages.push_back({"slices", {"segmentation"}, pick(all, {"deface"}), {}, mute(pack_scan), {}, {"mesh"}});
   stages.push_back({"report",
                     {"glb", "picture", "slices"},
@@ -128,8 +128,8 @@ std::vector<Stage> stages_of(RunData& data) {
   return stages;
 }
 
-/// Whether quantities can be of the scene that comes of the run. One that lies there already is a user's to
-/// change: it is asked when its turn comes.
+/// Checks whether the quantities can exist in the run's scene. An existing scene may be edited by the user,
+/// so it is checked later, when it is used.
 Result<void> check_quantities(const RunSettings& s) {
   std::error_code ignored;
   if (std::filesystem::exists(s.folder / "model/scene.toml", ignored)) return {};
@@ -138,7 +138,7 @@ Result<void> check_quantities(const RunSettings& s) {
     for (const Segment& segment : *choice) segments.push_back(segment.name);
   if (segments.empty()) {
     for (const Part& part : std::span(parts).subspan(1)) segments.emplace_back(part.name);
-    if (!s.labels.empty())  // which may hold groups
+    if (!s.labels.empty())  // labels may contain groups
       for (const SegmentGroup& group : segment_groups) segments.emplace_back(group.name);
   }
   const SkeletonNames names = skeleton_names(segments);

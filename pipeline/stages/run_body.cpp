@@ -45,7 +45,7 @@ Result<json> read_object(const fs::path& path) {
   return object;
 }
 
-// What the report shows of the scan and its parts.
+// The report's inputs from the scan and its parts.
 Result<ReportInputs> page_of_scan(RunData& data) {
   const auto scan = data.scan();
   if (!scan) return tl::unexpected(scan.error());
@@ -138,7 +138,7 @@ Result<json> find_smallest(RunData& data, const StageProgress& progress) {
 
 Result<json> simulate_scene(RunData& data, const StageProgress& progress) {
   std::error_code ignored;
-  if (data.settings.model_tolerance == 0)  // of an earlier run that asked for it
+  if (data.settings.model_tolerance == 0)  // left by an earlier run with such a tolerance
     for (const char* name : {"model/smallest.toml", "model/economy.html"})
       fs::remove(data.file(name), ignored);
   const auto scene = data.moving();
@@ -189,7 +189,7 @@ Result<json> make_meshes(RunData& data, const StageProgress& progress) {
       return tl::unexpected(done.error());
   }
   std::error_code ignored;
-  fs::remove_all(data.file("mesh"), ignored);  // of parts that an earlier run found and this one does not
+  fs::remove_all(data.file("mesh"), ignored);  // left by an earlier run that found other parts
   const auto written = write_meshes(data.file("mesh"), *meshes);
   if (!written) return tl::unexpected(written.error());
   json counts = json::object();
@@ -222,7 +222,7 @@ Result<json> make_glb(RunData& data) {
 Result<json> draw_picture(RunData& data) {
   if (!display_answers()) {
     std::error_code ignored;
-    fs::remove(data.file("body.png"), ignored);  // of an earlier run with other parts
+    fs::remove(data.file("body.png"), ignored);  // from an earlier run with other parts
     return json{
         {"warnings",
          {"no picture (body.png): there is no X display; run the program as 'xvfb-run -a borelli ...'"}},

@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A segmentation from the files that it was written to.
+// Reads a segmentation back from its files.
 Result<Segmentation> read_back(const fs::path& folder, const std::string& segments) {
   Segmentation found;
   auto labels = read_labels((folder / (segments.empty() ? "labels.nii.gz" : "parts.nii.gz")).string());

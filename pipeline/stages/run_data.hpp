@@ -1,4 +1,4 @@
-// What the stages of a run hand on to each other.
+// Data that the stages of a run share.
 #pragma once
 
 #include <filesystem>
@@ -23,30 +23,30 @@
 
 namespace borelli {
 
-/// Each thing is read from its file when a stage asks for it and no stage before it in this run made it.
-/// Errors: those of reading. Stages may ask and keep side by side; what one of them keeps is asked for by
-/// those alone that need it.
+/// Each item is read from its file when a stage asks for it, unless an earlier stage of this run made it.
+/// Errors: those of reading. Stages may ask and keep concurrently; only stages that depend on an item's
+/// producer ask for that item.
 class RunData {
  public:
   explicit RunData(const RunSettings& of_run) : settings(of_run), names(input_names(of_run)) {}
 
   Result<const ScannedVolume*> scan(const Progress& progress = {});
-  /// The classes of somebody else's label map; nothing where none is given.
+  /// Classes of another program's label map; null if none is given.
   Result<const ClassLabels*> classes();
   /// The reading of an MR scan.
   Result<const MrReading*> mr();
-  /// What masses are taken from: the scan, or the densities read off an MR.
+  /// Source of the masses: the scan, or the densities read off an MR.
   Result<const GreyVolume*> weighed();
   Result<const Segmentation*> segmentation();
-  /// The labels of the segments that are asked for.
+  /// Labels of the requested segments.
   Result<const LabelMap*> labels();
   Result<const InertiaTable*> table();
   Result<const Scene*> scene();
-  /// What moves: the scene, or the smallest model of it where that is asked for.
+  /// The scene to simulate: the whole one, or its smallest model if that was requested.
   Result<const Scene*> moving();
   Result<const Trajectory*> trajectory();
   Result<const std::vector<Mesh>*> meshes();
-  /// What the report shows of the scan; null where no stage of this run made it.
+  /// The report's views of the scan; null if no stage of this run made them.
   const ScanViews* views() {
     const std::lock_guard lock(mutex_);
     return views_ ? &*views_ : nullptr;
@@ -60,11 +60,11 @@ class RunData {
   void keep(std::vector<Mesh> made) { put(meshes_, std::move(made)); }
   void keep(ScanViews made) { put(views_, std::move(made)); }
 
-  /// Warnings of the inputs' readers so far. A run that fails needs them: no stage has recorded them yet.
+  /// Warnings of the inputs' readers so far. A failed run needs them, since no stage has recorded them yet.
   void add_reader_warnings(const std::vector<std::string>& warnings);
   std::vector<std::string> reader_warnings();
 
-  /// Where a file of the run's folder is.
+  /// Path of a file in the run's folder.
   std::filesystem::path file(const std::string& name) const { return settings.folder / name; }
 
   const RunSettings& settings;
@@ -79,7 +79,7 @@ class RunData {
     held = std::move(made);
   }
 
-  std::recursive_mutex mutex_;  // of all that follows: one thing is made from another
+  std::recursive_mutex mutex_;  // guards all members below; recursive, since one item is made from another
   std::optional<ScannedVolume> scan_;
   std::optional<ClassLabels> classes_;
   std::optional<MrReading> mr_;

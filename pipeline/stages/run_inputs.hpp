@@ -1,4 +1,4 @@
-// The files that a run reads, and their digests.
+// Files that a run reads, and their digests.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -13,7 +13,7 @@ namespace borelli {
 
 struct RunInput {
   std::string role;                ///< "volume", "labels", "label_names", "label_mapping" or "landmarks"
-  std::vector<std::string> files;  ///< the user's file, then files of voxels that its header names
+  std::vector<std::string> files;  ///< the user's file, then voxel files that its header names
 };
 
 /// The names of a run's inputs in its outputs.

@@ -62,7 +62,7 @@ MeasureOptions measuring(const RunSettings& settings, const ScannedVolume& scan)
 Result<Segmentation> part_scan(RunData& data, const GreyVolume& volume, const SegmentOptions& options,
                                std::optional<GridPick>& pick) {
   if (data.settings.table_tolerance > 0 && volume.quantity != Quantity::mr) {
-    // not by what the segmentation does not depend on
+    // without options that the segmentation does not depend on
     MeasureOptions by;
     by.cuts = data.settings.convention, by.threads = data.settings.threads;
     auto asked = choose_segments(data.settings.segments);
@@ -100,7 +100,7 @@ Result<json> segment_scan(RunData& data, const StageProgress& progress) {
   if (!data.settings.landmarks.empty()) {
     auto given = read_given_landmarks(data.settings.landmarks);
     if (!given) return tl::unexpected(given.error());
-    // in MR nothing is found that could stand for points left as they were
+    // in MR no landmarks are found, so all given points count, also unchanged ones
     options.given = (*scan)->volume.quantity == Quantity::mr ? given->all() : std::move(given->landmarks);
     data.add_reader_warnings(given->warnings);
     told = std::move(given->warnings);

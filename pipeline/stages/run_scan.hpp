@@ -1,4 +1,4 @@
-// The stages of a run that look at the scan: its parts, and what they weigh.
+// Stages of a run on the scan: its parts and their inertia.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -9,13 +9,13 @@
 
 namespace borelli {
 
-/// Finds the parts; leaves segmentation/. Answers what run.json is to say, as all stages do.
+/// Finds the parts; writes segmentation/. Like all stages, returns its entry for run.json.
 Result<nlohmann::json> segment_scan(RunData& data, const StageProgress& progress);
 
-/// The user's own label map of parts in place of those found. Errors: it lies on another grid than the scan.
+/// Uses the user's label map of parts instead of a segmentation. Errors: its grid is not the scan's.
 Result<nlohmann::json> use_given_labels(RunData& data, const StageProgress& progress);
 
-/// Leaves inertia/table.csv and table.json.
+/// Writes inertia/table.csv and table.json.
 Result<nlohmann::json> integrate_parts(RunData& data);
 
 }  // namespace borelli

@@ -24,7 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-// the kernel's high-water mark of resident memory; writing 5 to clear_refs starts it anew (proc(5))
+// the kernel's peak of resident memory; writing 5 to clear_refs resets it (proc(5))
 void restart_peak_memory() { std::ofstream("/proc/self/clear_refs") << "5"; }
 
 double peak_memory_mib() {
@@ -48,7 +48,7 @@ Result<json> outputs_of(const Stage& stage, const json& answer, const fs::path& 
   return outputs;
 }
 
-// SHA-256 of each file that the stage left.
+// SHA-256 of each output file of the stage.
 Result<json> digests_of_outputs(const json& outputs, const fs::path& folder) {
   json digests = json::object();
   for (const auto& [file, bytes] : outputs.items()) {
@@ -59,7 +59,7 @@ Result<json> digests_of_outputs(const json& outputs, const fs::path& folder) {
   return digests;
 }
 
-// The last run's entry of a stage, without what that run said of changes by hand; null where there is none.
+// The last run's entry of a stage, without its remarks on edits by hand; null if there is none.
 json past_entry(const json& before, const std::string& stage) {
   json past;
   if (before.contains("stages"))
@@ -76,13 +76,13 @@ json past_entry(const json& before, const std::string& stage) {
 
 struct ChangeByHand {
   EditableOutput output;
-  std::string digest;  // as it is now
+  std::string digest;  // present digest
 };
 
-// What was done by the entry's run, against what lies in the folder.
+// Compares the entry of the last run with the files in the folder.
 struct Standing {
-  bool same_key = false;   // done with these settings and inputs
-  bool all_there = false;  // every file exists; those that users may not edit are unchanged
+  bool same_key = false;   // made with these settings and inputs
+  bool all_there = false;  // every file exists; those not editable are unchanged
   std::vector<ChangeByHand> by_hand;
 
   bool done() const { return same_key && all_there && by_hand.empty(); }
@@ -113,7 +113,7 @@ Standing standing_of(const Stage& stage, const json& past, const std::string& ke
   return standing;
 }
 
-// Whether the files as they are can stand as the stage's result: none else would have to be made again.
+// Whether the present files can remain the stage's result, because no other file must be made again.
 Result<void> keep_by_hand(const Stage& stage, const Standing& standing, const fs::path& folder) {
   const bool all_editable = stage.editable.size() == stage.outputs.size();
   if (standing.all_there && (standing.same_key || all_editable)) return {};
@@ -126,7 +126,7 @@ Result<void> keep_by_hand(const Stage& stage, const Standing& standing, const fs
                                      : "another of its files is missing or damaged"));
 }
 
-// The entry of a stage whose files were changed by hand.
+// The entry of a stage whose files were edited by hand.
 json entry_by_hand(json past, const Standing& standing) {
   past["by_hand"] = json::array();
   for (const auto& [output, digest] : standing.by_hand)
@@ -139,7 +139,7 @@ json entry_by_hand(json past, const Standing& standing) {
   return past;
 }
 
-// The three stages that took longest, each with its share of all stages' seconds.
+// The three longest stages, each with its share of all stages' seconds.
 json slowest_of(const json& stages) {
   std::vector<std::pair<double, std::string>> took;
   double all = 0;
@@ -157,8 +157,8 @@ json slowest_of(const json& stages) {
   return slowest;
 }
 
-// A run's stages and how far each has come. A thread that works on them takes one after another, always the
-// first that has all it needs; where there is yet another such, it starts a thread for it.
+// Runs the stages and tracks their progress. A worker thread repeatedly takes the first ready stage; if
+// another is ready, it starts a thread for it.
 class StagesAtWork {
  public:
   StagesAtWork(const fs::path& folder, const json& head, const json& before, const std::vector<Stage>& stages,
@@ -173,7 +173,7 @@ class StagesAtWork {
 
   Result<json> run() {
     work();
-    // one that ends may have started another just before
+    // a helper may have started another one before it ended
     for (auto other = a_helper(); other.joinable(); other = a_helper()) other.join();
     if (thrown_) std::rethrow_exception(thrown_);
     for (const Turn& turn : turns_)
@@ -188,9 +188,9 @@ class StagesAtWork {
  private:
   struct Turn {
     bool begun = false, at_work = false;
-    json entry;  // of run.json, once it is done
+    json entry;  // entry of run.json, once done
     std::string key;
-    double peak_memory_mib = 0;  // before a stage that began later started the kernel's mark anew
+    double peak_memory_mib = 0;  // before a later stage reset the kernel's peak
     std::optional<Error> error;
   };
 
@@ -207,7 +207,7 @@ class StagesAtWork {
           if (auto done = carry_out(*n, lock); !done) fail(*n, done.error());
         }
       }
-    } catch (...) {  // must not leave a thread
+    } catch (...) {  // exceptions must not leave a thread
       if (!lock.owns_lock()) lock.lock();
       thrown_ = std::current_exception();
     }
@@ -219,13 +219,13 @@ class StagesAtWork {
     if (!in_vain(n)) observer_.fails(stages_[n], error);
   }
 
-  // Whether the run is to end without this stage, since one before it failed.
+  // Whether the run ends without this stage, because an earlier one failed.
   bool in_vain(std::size_t n) const {
     return thrown_ || std::any_of(turns_.begin(), turns_.begin() + static_cast<std::ptrdiff_t>(n),
                                   [](const Turn& turn) { return turn.error.has_value(); });
   }
 
-  // The first stage that has all it needs and is not begun; none that comes after one that failed.
+  // The first ready stage that has not begun; none after a failed stage.
   std::optional<std::size_t> ready() const {
     const auto done = [&](const std::string& need) { return !turns_[index_of(need)].entry.is_null(); };
     for (std::size_t n = 0; n < stages_.size() && !turns_[n].error && !thrown_; ++n)
@@ -239,7 +239,7 @@ class StagesAtWork {
     return static_cast<std::size_t>(std::ranges::find(stages_, stage, &Stage::name) - stages_.begin());
   }
 
-  // Whether a stage has anything to do; else its entry is what it was.
+  // Whether a stage has anything to do; if not, it keeps its entry.
   Result<bool> begin(std::size_t n) {
     const Stage& stage = stages_[n];
     Turn& turn = turns_[n];
@@ -268,7 +268,7 @@ class StagesAtWork {
     return false;
   }
 
-  // Does the stage's work without the lock, and records it.
+  // Does the stage's work without holding the lock, and records it.
   Result<void> carry_out(std::size_t n, std::unique_lock<std::mutex>& lock) {
     const Stage& stage = stages_[n];
     Turn& turn = turns_[n];
@@ -317,7 +317,7 @@ class StagesAtWork {
       if (warning.is_string()) observer_.warns(stages_[n], warning.get<std::string>());
   }
 
-  // The record of what is done.
+  // The record of the finished stages.
   json record() const {
     json so_far = head_;
     so_far["stages"] = json::array();
@@ -326,8 +326,7 @@ class StagesAtWork {
     return so_far;
   }
 
-  // The same with the last run's entries of the stages that are still to come: a run that is stopped forgets
-  // nothing.
+  // The same with the last run's entries of the remaining stages, so that an interrupted run forgets nothing.
   json record_with_those_to_come() const {
     json all = head_;
     all["stages"] = json::array();
@@ -353,7 +352,7 @@ class StagesAtWork {
   const StageObserver& observer_;
   const unsigned most_threads_;
 
-  std::mutex mutex_;  // of all that follows and of the observer
+  std::mutex mutex_;  // guards all members below and the observer
   std::vector<Turn> turns_;
   std::vector<std::thread> helpers_;
   unsigned threads_ = 0;

@@ -1,4 +1,4 @@
-// borelli chart SCENE -o DIR: what each method costs on a scene, and how far it is off.
+// borelli chart SCENE -o DIR: cost and error of each method on a scene.
 #include <fmt/core.h>
 
 #include <cmath>
@@ -35,7 +35,7 @@ struct ChartOptions {
   WorkPrecisionSettings settings;
 };
 
-// What a run that was broken off leaves, to be taken up by the same command.
+// Results of an interrupted run, which the same command resumes.
 class KeptPoints {
  public:
   KeptPoints(std::filesystem::path file, const std::string& asked)
@@ -48,13 +48,13 @@ class KeptPoints {
     if (!kept) return {};
     try {
       return points_of(*kept);
-    } catch (const nlohmann::json::exception&) {  // spoilt: everything is run anew
+    } catch (const nlohmann::json::exception&) {  // damaged: everything is run again
       return {};
     }
   }
 
   Result<void> write(const std::vector<WorkPrecisionPoint>& points) const {
-    nlohmann::json all = nlohmann::json::array();  // (what is not finite becomes null)
+    nlohmann::json all = nlohmann::json::array();  // non-finite numbers become null
     for (const WorkPrecisionPoint& p : points)
       all.push_back({p.variant, p.setting, p.finished, p.trusted, p.reason, p.seconds, p.evaluations,
                      p.errors.position, p.errors.orientation, p.errors.energy, p.errors.constraint,
@@ -70,7 +70,7 @@ class KeptPoints {
  private:
   std::vector<WorkPrecisionPoint> points_of(const nlohmann::json& kept) const {
     std::vector<WorkPrecisionPoint> out;
-    if (kept.at("asked") != asked_) return out;  // of another chart
+    if (kept.at("asked") != asked_) return out;  // from another chart
     const auto number = [](const nlohmann::json& x) {
       return x.is_null() ? std::numeric_limits<double>::quiet_NaN() : x.get<double>();
     };
@@ -142,7 +142,7 @@ Result<nlohmann::json> work(const ChartOptions& o, const Command& command) {
     auto given = read_reference(o.reference, solids);
     if (!given) return tl::unexpected(given.error());
     given->error = o.reference_error.value_or(given->error);
-    const auto bytes = read_input_file(o.reference);  // (its contents, for a file may be written anew)
+    const auto bytes = read_input_file(o.reference);  // its contents, since the file may be rewritten
     if (!bytes) return tl::unexpected(bytes.error());
     asked += fmt::format(" {} {} {}", o.reference, given->error, digest_of_bytes(*bytes));
     settings.reference = std::move(*given);
@@ -223,7 +223,7 @@ void add_chart(CLI::App& program, Command& command) {
       ->capture_default_str();
   verb->add_option("--budget", o->settings.budget,
                    "Processor time per run, s; a method's ladder ends with the first run that takes longer")
-      ->check(number_within(1e-5, 1e6))  // (less than the least run takes would chart nothing)
+      ->check(number_within(1e-5, 1e6))  // less than the shortest run would give an empty chart
       ->capture_default_str();
   verb->add_option("--reference", o->reference,
                    "A motion known better than any run (a closed form), as simulate writes it: CSV or HDF5, "

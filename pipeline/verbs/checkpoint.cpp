@@ -15,7 +15,7 @@ namespace borelli {
 namespace {
 
 constexpr std::array signals{SIGINT, SIGTERM, SIGHUP};
-constexpr double together = 1;  // s: signals that come so soon after the first say the same
+constexpr double together = 1;  // s: signals this soon after the first count as the same one
 volatile std::sig_atomic_t asked_to_stop = 0;
 timespec first_asked;
 std::array<struct sigaction, signals.size()> before;
@@ -33,7 +33,7 @@ extern "C" void ask_to_stop(int signal) {
   if (since < together) return;
   for (std::size_t i = 0; i < signals.size(); ++i)
     if (signals[i] == signal) sigaction(signal, &before[i], nullptr);
-  raise(signal);  // comes when this handler returns
+  raise(signal);  // delivered when this handler returns
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The file of a run that may be broken off: kept from time to time and on ^C, taken up by the same command.
+// Checkpoint file of an interruptible run: saved from time to time and on ^C; the same command resumes it.
 #pragma once
 
 #include <chrono>
@@ -10,24 +10,25 @@ namespace borelli {
 
 class CheckpointFile {
  public:
-  /// Takes over SIGINT, SIGTERM and SIGHUP until the run is over: the first of them stops it after its step,
-  /// others that come a second later or more end the program as ever. (Who ends a job may signal it twice.)
+  /// Handles SIGINT, SIGTERM and SIGHUP until the run is over. The first signal stops the run after its step.
+  /// Another one a second or more later ends the program as usual. (A job's owner may send two signals at
+  /// once.)
   CheckpointFile(std::string path, double every);
   ~CheckpointFile();
   CheckpointFile(const CheckpointFile&) = delete;
   CheckpointFile& operator=(const CheckpointFile&) = delete;
 
-  /// Takes up what the file holds, if it is there, and has the run kept in it every so many seconds and when
-  /// it is stopped. `scene`: its text with the settings. Fails where the file is not such a run's.
+  /// Resumes from the file if it exists, and saves the run to it every `every` seconds and when the run is
+  /// stopped. `scene`: text of the scene with its settings. Errors: the file does not belong to this run.
   Result<void> watch(const std::string& scene, Observer& observer);
-  /// The run has come to its end, or was stopped: signals do what they did before, one that came too late to
-  /// stop it at once.
+  /// Call when the run ended or was stopped: restores the previous signal handlers. A signal that came too
+  /// late to stop the run then ends the program at once.
   void run_is_over();
   /// Whether the run was stopped by a signal.
   bool stopped() const { return stopped_; }
-  /// What went wrong in writing, if anything did.
+  /// The error of writing the file, if any.
   const Result<void>& written() const { return written_; }
-  /// What came of the run is where it was wanted: the file goes.
+  /// Removes the file, once the run's result has been delivered.
   void remove() const;
 
  private:

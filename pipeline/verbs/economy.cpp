@@ -1,5 +1,5 @@
 // borelli economy SCENE_OR_VOLUME -o DIR: the smallest model of a scene whose motion stays within a
-// tolerance, or the coarsest voxels and grid of a scan whose table does.
+// tolerance, or the coarsest voxels and grid of a scan whose table stays within it.
 #include <fmt/core.h>
 
 #include <cmath>
@@ -29,10 +29,10 @@ struct EconomyOptions {
   ModelOptions model;
   std::optional<double> end;
   EconomySettings settings;
-  bool of_scene = false;  ///< an option that a volume has no use for was given
+  bool of_scene = false;  ///< an option was given that does not apply to volumes
 };
 
-/// All that is written of an input.
+/// All files written for an input.
 std::vector<std::string> files_of(const std::string& input) {
   const bool volume = may_be_volume(input);
   std::vector<std::string> out = plot_files(volume ? volume_economy_plot_names() : economy_plot_names());
@@ -52,7 +52,7 @@ nlohmann::json json_of(const Economy& economy) {
                       {"rows", m.rows},
                       {"evaluations", m.evaluations},
                       {"seconds", m.seconds}});
-  for (const EconomyRefusal& r : economy.refusals)  // (what is not a number becomes null)
+  for (const EconomyRefusal& r : economy.refusals)  // NaN becomes null
     stays.push_back({{"change", r.change}, {"error", r.error}, {"reason", r.reason}});
   return {{"scene", economy.scene},
           {"tolerance", economy.tolerance},
@@ -114,7 +114,7 @@ Result<nlohmann::json> work_on_volume(const EconomyOptions& o, const Command& co
     if (auto done = write_whole(folder / name, text); !done) return tl::unexpected(done.error());
   nlohmann::json trials = nlohmann::json::array();
   for (const VolumeTrial& t : economy->trials)
-    for (std::size_t c = 0; c < std::size(parts_choices); ++c)  // (what is not finite becomes null)
+    for (std::size_t c = 0; c < std::size(parts_choices); ++c)  // non-finite numbers become null
       trials.push_back({{"of", t.of == VolumeTrial::Of::work_grid ? "work grid"
                                : t.of == VolumeTrial::Of::voxels  ? "voxels"
                                                                   : "density curve"},

@@ -1,4 +1,4 @@
-// borelli equilibrium SCENE: where everything stays at rest.
+// borelli equilibrium SCENE: finds a state of rest.
 #include "dynamics/constraints/equilibrium.hpp"
 
 #include <fmt/core.h>

@@ -58,7 +58,7 @@ json answer_of(const Evaluation& e, const System& system, const FileOrder& order
   return answer;
 }
 
-// Of the gravity centre and the momentum.
+// Jacobians of the gravity centre and the momentum.
 void add_jacobians(const Evaluation& e, const FileOrder& order, json& answer) {
   const double mass = e.momenta.mass > 0 ? e.momenta.mass : 1;
   answer["gravity_centre_jacobian"] = rows_in_file_order(e.centroidal.matrix.bottomRows<3>() / mass, order);

@@ -53,7 +53,7 @@ json account(const std::vector<Mesh>& meshes, const std::vector<fs::path>& files
 }
 
 Result<json> run(const ExportAsked& wanted, const Command& command) {
-  if (wanted.picture && !display_answers())  // said before the work, not after it
+  if (wanted.picture && !display_answers())  // reported before the work
     return bad_use("--picture", "needs an X display; run the program as 'xvfb-run -a borelli ...'");
   const fs::path folder = wanted.folder, picture = folder / "body.png";
   if (auto fine = wanted.picture ? check_writable(picture) : check_folder_writable(folder); !fine)

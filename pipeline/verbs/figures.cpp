@@ -1,4 +1,4 @@
-// borelli figures -o DIR: the figures of the paper that the engine follows, drawn anew from our own runs.
+// borelli figures -o DIR: figures of the paper that the engine follows, drawn from our own runs.
 #include <fmt/core.h>
 
 #include <filesystem>

@@ -35,8 +35,7 @@ struct InertiaSettings {
   bool keep_paths = false;
 };
 
-// the map of all parts that a map of some segments was taken from (segmentation_files.hpp); empty where there
-// is none
+// the map of all parts from which a map of segments was made (segmentation_files.hpp); empty if there is none
 std::string parts_beside(const std::string& labels) {
   const std::filesystem::path path(labels);
   const auto all = path.parent_path() / "parts.nii.gz";
@@ -44,7 +43,7 @@ std::string parts_beside(const std::string& labels) {
   return path.filename() == "labels.nii.gz" && std::filesystem::exists(all, absent) ? all.string() : "";
 }
 
-// the convention that the labels were cut by; it cannot be another than that of their findings
+// the convention that cut the labels, which must be the one in their findings
 Result<std::string> cuts_of(const InertiaSettings& settings) {
   if (settings.findings.empty())
     return settings.convention.empty() ? MeasureOptions{}.cuts : settings.convention;
@@ -204,7 +203,7 @@ void print_table(const InertiaTable& table) {
              "de Leva");
   for (const InertiaRow& row : table.rows) print_row(table, row);
   print_row(table, table.whole);
-  std::vector<std::pair<std::string, std::string>> notes;  // each with the parts that it is of
+  std::vector<std::pair<std::string, std::string>> notes;  // each with its parts
   for (const InertiaRow& row : table.rows) {
     if (!row.flaw.empty()) fmt::print("\nWarning: {}: {}", row.part, row.flaw);
     for (const auto& note : row.notes) {

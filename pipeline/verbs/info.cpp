@@ -1,4 +1,4 @@
-// borelli info FILE: what a volume, scene or trajectory holds.
+// borelli info FILE: describes a volume, scene or trajectory.
 #include <fmt/core.h>
 
 #include <filesystem>
@@ -24,7 +24,7 @@ Result<nlohmann::json> volume(const std::string& path, const std::string& quanti
   return info;
 }
 
-// An answer that is printed by its own text for people.
+// Prints an answer as text.
 Result<nlohmann::json> said(Result<nlohmann::json> info, std::string (*text)(const nlohmann::json&),
                             const Command& command) {
   if (info && !command.json) fmt::print("{}", text(*info));
@@ -47,7 +47,7 @@ void add_info(CLI::App& program, Command& command) {
       std::error_code problem;
       if (!std::filesystem::exists(*path, problem)) return bad_use(*path, "no such file or folder");
       if (!std::filesystem::is_regular_file(*path, problem) && !std::filesystem::is_directory(*path, problem))
-        return bad_use(*path, "is not a regular file");  // (opening a pipe waits for its writer)
+        return bad_use(*path, "is not a regular file");  // opening a pipe would wait for its writer
       const auto is = [&](std::string_view ending) { return path->ends_with(ending); };
       const bool trajectory = is(".h5") || is(".hdf5") || is_trajectory(*path);
       if (trajectory && (!quantity->empty() || options->floating))

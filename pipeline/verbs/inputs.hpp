@@ -23,7 +23,7 @@ Result<ClassLabels> read_classes(const Command& command, const std::string& path
 /// No landmarks where `path` is empty.
 Result<GivenLandmarks> read_given_landmarks(const Command& command, const std::string& path);
 Result<InertiaTable> read_table(const Command& command, const std::string& path);
-/// Parts of the file that are not modelled: a warning each where they change the motion, else a note; all of
+/// Parts of the file that are not modelled give a warning if they change the motion, otherwise a note. All of
 /// them are "not_modelled" in the JSON answer: {"changes_motion": [...], "other": [...]}.
 Result<ModelFile> read_model(const Command& command, const std::string& path, const ModelOptions& options);
 

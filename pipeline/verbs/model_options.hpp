@@ -1,5 +1,4 @@
-// What verbs that read a scene of any kind share: the options of reading, and what the file held beside the
-// scene.
+// Options for verbs that read a scene or model of any format.
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -1,4 +1,4 @@
-// borelli modes SCENE: small deviations from a steady state.
+// borelli modes SCENE: eigenmodes of small deviations from a steady state.
 #include <fmt/core.h>
 
 #include "dynamics/constraints/equilibrium.hpp"

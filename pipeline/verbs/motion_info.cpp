@@ -40,7 +40,7 @@ json coordinates_of(const std::vector<CoordinateInfo>& coordinates) {
   return out;
 }
 
-// The scene's own name, else none.
+// The scene's own name, or "".
 std::string scene_name(const std::string& text) {
   const auto scene = parse_scene(text, "scene");
   return scene ? scene->name : "";

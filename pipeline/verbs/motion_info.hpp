@@ -1,4 +1,4 @@
-// What a scene or a trajectory holds, for `borelli info`: as JSON, and as lines for people.
+// Describes a scene or a trajectory for `borelli info`, as JSON and as text.
 #pragma once
 
 #include <nlohmann/json.hpp>

@@ -1,4 +1,4 @@
-// Names on the command line.
+// Lists of names on the command line.
 #pragma once
 
 #include <algorithm>
@@ -7,7 +7,7 @@
 
 namespace borelli {
 
-/// Each once, where it is first named.
+/// Removes duplicates; the first occurrence stays.
 inline std::vector<std::string> each_once(const std::vector<std::string>& names) {
   std::vector<std::string> out;
   for (const std::string& name : names)

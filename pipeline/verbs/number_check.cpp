@@ -8,7 +8,7 @@
 namespace borelli {
 namespace {
 
-// CLI11 calls it with the text and shows what it answers; "" is fine.
+// CLI11 calls it with the text and shows its answer as the error; "" means valid.
 CLI::Validator number_check(bool zero_is_fine, const std::string& expected, const std::string& type) {
   return {[zero_is_fine, expected](const std::string& text) -> std::string {
             double value = 0;

@@ -1,6 +1,6 @@
 // borelli phantom -o phantom.nii.gz: the sample body as a scan, with its exact inertia table.
 //
-// Beside NAME.nii.gz (or .nrrd, .mha) it leaves NAME_labels.* with its names, NAME_table.json and .csv (exact
+// Beside NAME.nii.gz (or .nrrd, .mha) it writes NAME_labels.* with its names, NAME_table.json and .csv (exact
 // mass, gravity centre and tensor of each segment) and NAME_landmarks.json (exact joint centres).
 #include <fmt/core.h>
 
@@ -78,7 +78,7 @@ Result<void> settle(PhantomAsked& asked) {
   return check_scan(asked.grid, asked.scan);
 }
 
-// Every joint angle that --pose takes, with its range and how the body stands without it, degrees.
+// Every joint angle that --pose takes, with its range and its default in the standing pose, degrees.
 std::string angles_for_help() {
   std::string text;
   for (const PoseAngle& angle : pose_angles)
@@ -113,7 +113,7 @@ struct Written {
   std::string volume, labels, table, csv, landmarks;
 };
 
-// The files that are to be written, each of which can be.
+// The files to write, after checking that they can be written.
 Result<Written> names_of(const std::string& output) {
   const auto name = split(output);
   if (!name) return tl::unexpected(name.error());
@@ -136,7 +136,7 @@ Result<void> write_all(const Written& files, const Phantom& phantom, const Scan&
       !done)
     return done;
   if (auto done = write_label_files(files.labels, scan.labels); !done) return done;
-  // the volume comes last: where it is, the rest is
+  // the volume is written last: if it exists, so do the others
   return write_whole(files.volume, [&](const fs::path& p) { return write_volume(p.string(), scan.grey); });
 }
 
@@ -173,7 +173,7 @@ Result<nlohmann::json> work(PhantomAsked asked, const Command& command) {
   for (std::size_t label = 1; label < parts.size(); ++label) {
     const double share = phantom->overlap[label];
     if (share > 0) overlap[std::string(parts[label].name)] = share;
-    // skin and fat that are pressed flat; more is a limb within another
+    // skin and fat may be compressed; more is a limb inside another
     if (constexpr double pressed = 0.25; share > pressed)
       command.warn(
           fmt::format("{:.0f} % of {} lies within another limb or the trunk, as no body's can: choose "
@@ -186,7 +186,7 @@ Result<nlohmann::json> work(PhantomAsked asked, const Command& command) {
                         {"girth", phantom->girth}, {"overlap", overlap}};
 }
 
-// A seed: -3 would wrap round to a large one.
+// Refuses negative seeds: -3 would wrap round to a large number.
 std::string no_minus(const std::string& text) {
   return text.starts_with('-') ? "'" + text + "' is no seed; give a whole number, 0 or more" : "";
 }

@@ -1,4 +1,4 @@
-// The `borelli` program: reads the command line, runs one verb, says in one sentence what went wrong.
+// The `borelli` program: reads the command line, runs one verb, reports errors in one sentence.
 #include <fcntl.h>
 #include <fmt/core.h>
 #include <unistd.h>
@@ -26,14 +26,14 @@
 
 namespace {
 
-// what is wrong with the command line, or with the settings file at a line of it
+// the error in the command line, or in the settings file with its line
 std::string bad_use_of(const CLI::ParseError& e, const CLI::Option* settings_file) {
   const std::string what = e.what();
   if (e.get_name() == "SettingsError") return settings_file->results().front() + what;
   return what + " (see borelli --help)";
 }
 
-// an option that was given nothing: a variable of the shell that is not set
+// an option with an empty value: an unset shell variable
 std::string empty_option(const CLI::App& program) {
   for (const CLI::App* verb : program.get_subcommands())
     for (const CLI::Option* option : verb->get_options())
@@ -42,8 +42,8 @@ std::string empty_option(const CLI::App& program) {
   return "";
 }
 
-// A sentence as one line of a terminal. It may quote a file: control characters become '?', and what is
-// longer than any sentence is cut.
+// A sentence as one line of a terminal. It may quote a file: control characters become '?', and overlong
+// sentences are truncated.
 std::string one_line(std::string sentence) {
   constexpr std::size_t longest = 2000;
   if (sentence.size() > longest) sentence = sentence.substr(0, longest) + "...";
@@ -59,10 +59,10 @@ std::string hint_at_verb(const CLI::App& program, const std::string& mistyped) {
   return meant ? fmt::format("; did you mean {}?", *meant) : " (see borelli --help)";
 }
 
-constexpr std::uint64_t least_memory = 100'000'000;  // bytes; the program alone takes about half of that
+constexpr std::uint64_t least_memory = 100'000'000;  // bytes; the program alone needs about half
 
 std::string memory_size(const std::string& text) {
-  if (text.empty()) return "";  // refused by empty_option
+  if (text.empty()) return "";  // handled by empty_option
   const auto bytes = borelli::bytes_from(text);
   if (!bytes)
     return fmt::format("'{}' is not an amount of memory; expected a number and a unit, e.g. 4G or 500M",
@@ -149,21 +149,21 @@ int run(int argc, char** argv) {
   return 0;
 }
 
-// Where the shell closed one of the three, the next file that is opened would take its number, and what is
-// said its end. (Nothing can be written to what is opened for reading, which is what is to be found out.)
+// Opens standard descriptors that the shell closed; otherwise the next opened file would take their number
+// and receive messages. (They are opened for reading, so that writing fails and is noticed.)
 void hold_standard_descriptors() {
   for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
     if (fcntl(descriptor, F_GETFD) < 0) static_cast<void>(open("/dev/null", O_RDONLY));
 }
 
-// A user or a system that ends the program finds no partial file; the shell sees the signal that did it.
+// On a terminating signal: removes partial files, then lets the shell see the signal.
 extern "C" void end_by_signal(int signal) {
   borelli::stop_writing();
   if (const char* words = borelli::words_when_stopped()) {
     const auto told = write(STDERR_FILENO, words, std::strlen(words));
-    static_cast<void>(told);  // nothing is left to be done about it
+    static_cast<void>(told);  // nothing more can be done
   }
-  raise(signal);  // SA_RESETHAND has put the default action back, which comes when this handler returns
+  raise(signal);  // SA_RESETHAND restored the default action, which runs when this handler returns
 }
 
 void handle_signals() {
@@ -177,7 +177,7 @@ void handle_signals() {
     sigemptyset(&action.sa_mask);
     sigaction(signal, &action, nullptr);
   }
-  // a file larger than allowed (ulimit -f) is a write that fails, not the program's end
+  // a file above the allowed size (ulimit -f) is a failed write, not the program's end
   std::signal(SIGXFSZ, SIG_IGN);
 }
 
@@ -199,7 +199,7 @@ int main(int argc, char** argv) {
     borelli::say("borelli: {}\n", thread
                                       ? "not enough memory left, or threads allowed, to start another thread"
                                       : "the system refused a request: " + e.code().message());
-  } catch (...) {  // a library's own message would tell a user nothing
+  } catch (...) {  // a library's own message would not help a user
     borelli::say(
         "borelli: stopped by an error in the program; please report it with the command and its input\n");
   }

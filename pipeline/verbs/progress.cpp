@@ -15,7 +15,7 @@ namespace {
 constexpr int bar_width = 30;
 std::atomic<const char*> when_stopped = nullptr;
 
-constexpr double first_estimate = 5;   // s: earlier, the time left is too uncertain to show
+constexpr double first_estimate = 5;   // s: before this the time left is too uncertain
 constexpr double shortest_left = 120;  // s: less is not worth showing
 
 std::string time_words(double seconds) {
@@ -33,7 +33,7 @@ ProgressBar::ProgressBar(bool quiet, std::chrono::milliseconds between_lines)
       between_(terminal_ ? std::chrono::milliseconds(50) : between_lines) {}
 
 ProgressBar::~ProgressBar() {
-  if (!quiet_ && terminal_ && !works_.empty()) say("\n");  // left in the middle by an error
+  if (!quiet_ && terminal_ && !works_.empty()) say("\n");  // interrupted by an error
 }
 
 void ProgressBar::begin(const std::string& what) {

@@ -1,4 +1,4 @@
-// Shows long work on standard error: a bar on a terminal, plain lines otherwise.
+// Shows the progress of long work on standard error: a bar on a terminal, plain lines otherwise.
 #pragma once
 
 #include <chrono>
@@ -8,23 +8,23 @@
 
 namespace borelli {
 
-/// Progress of a work that has done `fraction` in `seconds`: "25 %"; with the time left where that is long:
-/// "0.0012 %, about 23 h left".
+/// Progress of work that has done `fraction` in `seconds`: "25 %"; if much time is left, "0.0012 %, about 23
+/// h left".
 std::string progress_words(double seconds, double fraction);
 
 class ProgressBar {
  public:
-  /// `quiet`: show nothing (--json leaves standard error to errors). `between_lines`: where it is no
-  /// terminal.
+  /// `quiet`: show nothing (with --json, standard error carries only errors). `between_lines`: interval of
+  /// lines if standard error is not a terminal.
   explicit ProgressBar(bool quiet, std::chrono::milliseconds between_lines = std::chrono::seconds(30));
   ~ProgressBar();
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
-  /// Works may overlap; a terminal shows the bar of the one under way that began first.
+  /// Works may overlap; a terminal shows the bar of the oldest unfinished one.
   void begin(const std::string& what);
-  /// `fraction`: 0 to 1. Draws at most twenty times a second on a terminal, else a line every half minute,
-  /// as progress_words. `what`: which of the works under way; empty: the only one.
+  /// `fraction`: 0 to 1. Draws at most twenty times a second on a terminal, otherwise a line every half
+  /// minute, in the form of progress_words. `what`: which of the current works; empty: the only one.
   void update(double fraction, std::string_view what = {});
   void end(const std::string& outcome, std::string_view what = {});  ///< e.g. "1.3 s"; the line stays
 
@@ -39,14 +39,14 @@ class ProgressBar {
   std::string progress_of(const Work& work) const;
   bool quiet_, terminal_;
   std::chrono::milliseconds between_;
-  std::vector<Work> works_;  // in the order in which they began
+  std::vector<Work> works_;  // in the order of their start
   std::chrono::steady_clock::time_point drawn_;
 };
 
-/// What is said on standard error from now on where a signal ends the program: a sentence that stays (a
-/// literal); null: nothing.
+/// Sets the sentence printed on standard error if a signal ends the program: a literal, since only the
+/// pointer is kept; null: nothing.
 void say_when_stopped(const char* words) noexcept;
-/// What was set last. A signal's handler may call it.
+/// The sentence set last. Safe in a signal handler.
 const char* words_when_stopped() noexcept;
 
 }  // namespace borelli

@@ -1,4 +1,4 @@
-// borelli report FOLDER: draws report.html anew from the files of a run's folder.
+// borelli report FOLDER: draws report.html again from the files of a run's folder.
 #include <fmt/core.h>
 
 #include <cstdint>
@@ -32,7 +32,7 @@ struct ReportAsked {
   bool deface = false;
 };
 
-/// What the folder holds. The report's inputs point into it.
+/// Contents of the folder. The report's inputs point into it.
 struct Found {
   std::optional<ScannedVolume> scan;
   std::optional<LabelMap> labels;
@@ -42,7 +42,7 @@ struct Found {
   ReportInputs inputs;
 };
 
-/// Reads a file that may be absent; answers null then. Errors: damaged; values not of these `kinds`.
+/// Reads a file that may be absent (then null). Errors: damaged; values not of these `kinds`.
 Result<json> json_if_there(const fs::path& path, const json& kinds) {
   std::error_code problem;
   if (!fs::exists(path, problem)) return json();
@@ -61,7 +61,7 @@ Result<void> keep(Target& target, Answer&& answer) {
   return {};
 }
 
-/// A binary glTF; its header says how long it is (glTF 2.0, 4.4). Errors: damaged.
+/// Reads a binary glTF, whose header states its length (glTF 2.0, 4.4). Errors: damaged.
 Result<std::string> read_glb(const fs::path& path) {
   auto bytes = read_input_file(path, any_size);
   if (!bytes) return bytes;
@@ -72,8 +72,8 @@ Result<std::string> read_glb(const fs::path& path) {
   return bytes;
 }
 
-/// What is wrong with the scan for a report of this run, if anything is: it is not, byte for byte, the one
-/// that the run read. (Without the run's account nobody can tell.)
+/// Checks that the scan is, byte for byte, the one that the run read. (Without the run's account this cannot
+/// be checked.)
 Result<void> check_scan(const json& run, const std::string& path) {
   const json inputs = run.is_object() ? run.value("inputs", json()) : json();
   if (!inputs.is_object() || !inputs.contains("volume")) return {};
@@ -93,7 +93,7 @@ Result<void> check_scan(const json& run, const std::string& path) {
   return bad_use(path, "is not the scan of this run, or no longer as the run read it");
 }
 
-/// The scan that was segmented: the one asked for, else the one that the account names, where it still is.
+/// The segmented scan: the one given by the user, else the one named in the account, if it still exists.
 Result<void> find_scan(const ReportAsked& asked, const Command& command, Found& found) {
   std::string path = asked.volume;
   if (path.empty() && found.inputs.segmentation.is_object())
@@ -145,7 +145,7 @@ Result<void> read_folder(const ReportAsked& asked, const Command& command, Found
   return {};
 }
 
-/// The body's surface as found.glb has it, made anew from the labels without the face.
+/// The body's surface as in found.glb, made again from the labels without the face.
 Result<std::string> body_without_face(const Found& found, const fs::path& folder, const FaceCut& cut) {
   const auto table = read_table(folder / "inertia/table.json");
   if (!table) return tl::unexpected(table.error());
@@ -161,8 +161,8 @@ Result<std::string> body_without_face(const Found& found, const fs::path& folder
   return glb(*meshes, X_WS, found.motion->trajectory, {found.inputs.subject});
 }
 
-/// As --deface asks: no face in the scan's copy, nor in the moving body, which is left out where it cannot be
-/// made anew.
+/// Implements --deface: removes the face from the scan's copy and from the moving body. The body is left out
+/// if it cannot be made again.
 Result<void> show_no_face(Found& found, const Command& command, const fs::path& folder) {
   found.inputs.deface = true;
   const bool whole = found.labels && found.landmarks && found.motion && !found.inputs.table.is_null();
@@ -182,7 +182,7 @@ Result<void> show_no_face(Found& found, const Command& command, const fs::path& 
   return {};
 }
 
-/// Puts the verb's warnings beside those of the run, for the page.
+/// Adds the verb's warnings to those of the run, for the page.
 void show_warnings(const Command& command, Found& found) {
   json& run = found.inputs.run;
   if (command.warnings().empty()) return;

@@ -1,4 +1,4 @@
-// borelli run: the whole way from a volume to a moving body and its report.
+// borelli run: from a volume to a moving body and its report.
 #include "pipeline/stages/run.hpp"
 #include "pipeline/body/measure.hpp"
 #include "pipeline/body/table_tolerance.hpp"
@@ -32,8 +32,9 @@ struct RunAsked {
   bool work_grid_chosen = false, integrator_tolerance_chosen = false;
 };
 
-// The subject's name where none is given: the file's name without its endings. A folder's name is often the
-// patient's, so a digest of the first file's bytes and of all files' names and sizes gives the name instead.
+// The default name of the subject: the file's name without its extensions. A folder's name is often the
+// patient's. So for a folder the name is a digest of the first file's bytes and of all files' names and
+// sizes.
 Result<std::string> name_of_input(const std::string& path, bool keep_paths) {
   std::error_code problem;
   fs::path name = fs::path(path).filename();
@@ -77,7 +78,7 @@ std::string settings_without_paths(CLI::App& verb, const RunSettings& s) {
          settings_text(verb);
 }
 
-// whether what is to be written there would be among the files of a scan's folder
+// whether output there would be among the files of a scan's folder
 bool lies_within(const fs::path& path, const fs::path& folder) {
   std::error_code problem;
   if (!fs::is_directory(folder, problem)) return false;
@@ -179,7 +180,7 @@ Result<nlohmann::json> work(RunAsked asked, const Command& command) {
   };
   observer.fails = [&](const Stage& stage, const Error& error) {
     const bool begun = at_work.erase(stage.name) > 0;
-    if (at_work.empty()) return;  // no other may go on for long: it is told in the end
+    if (at_work.empty()) return;  // no other stage can run for long now: reported at the end
     if (!begun) bar->begin(stage.name);
     bar->end("failed: " + error.message(), stage.name);
   };
@@ -193,7 +194,7 @@ Result<nlohmann::json> work(RunAsked asked, const Command& command) {
   };
   const auto record = run(settings, command.force, observer);
   bar.reset();
-  if (!record) {  // the warnings may tell why
+  if (!record) {  // the warnings may explain it
     command.warn(warnings);
     return record;
   }
@@ -299,11 +300,10 @@ void add_run(CLI::App& program, Command& command) {
   verb->callback([&command, asked, verb] {
     asked->work_grid_chosen = verb->count("--work-grid") > 0;
     asked->integrator_tolerance_chosen = verb->count("--integrator-tolerance") > 0;
-    // what has no effect is not kept among the settings, so that they run again as they are:
+    // settings without effect are not stored, so that the stored settings can be run again:
     if (!method_is_adaptive(asked->run.method))
       verb->get_option("--integrator-tolerance")->configurable(false);
-    // where labels are given no grid is for finding parts: the settings kept say none, and run again as they
-    // are
+    // with given labels no grid is used to find parts: the stored settings contain none and can be run again
     const bool picked =
         !asked->table_tolerance.empty() || (!asked->tolerance.empty() && !asked->work_grid_chosen);
     if ((!asked->run.labels.empty() && asked->run.label_mapping.empty()) || picked)

@@ -1,4 +1,4 @@
-// What a verb tells people beside its answer.
+// Messages of a verb to people, beside its answer.
 #pragma once
 
 #include <fmt/core.h>
@@ -9,8 +9,8 @@
 
 namespace borelli {
 
-/// On standard error, by {fmt}'s rules; where nothing can be written there (a full disk, nobody who reads),
-/// nowhere: the work goes on.
+/// Prints on standard error, by {fmt}'s rules. If that fails (a full disk, a closed pipe), the message is
+/// lost and the work goes on.
 template <class... T>
 void say(fmt::format_string<T...> format, T&&... of) {
   const std::string text = fmt::format(format, std::forward<T>(of)...);

@@ -1,4 +1,4 @@
-// borelli segment VOLUME -o FOLDER: the parts of a body in a scan, as a label map with landmarks.
+// borelli segment VOLUME -o FOLDER: finds the parts of a body in a scan; writes a label map and landmarks.
 #include <fmt/core.h>
 
 #include <array>
@@ -36,7 +36,7 @@ void print(const Segmentation& found, const std::string& reading, const std::str
   fmt::print("segmentation: {}\n", name_of(verdict.verdict));
   for (const std::string& reason : verdict.reasons) fmt::print("  {}\n", reason);
   fmt::print("{:<18} {:<7} {:>10}  {}\n", "part", "in view", "litres", "confidence");
-  // of MR without parts: its tissues
+  // an MR without parts: lists its tissues
   std::array<std::size_t, 256> voxels{};
   for (const auto label : found.labels.voxels) ++voxels[label];
   for (std::size_t n = parts.size(); n < found.labels.names.size(); ++n)
@@ -49,7 +49,7 @@ void print(const Segmentation& found, const std::string& reading, const std::str
     const PartFinding& part = found.part[n];
     if (part.coverage == Coverage::absent)
       fmt::print("{:<18} {}\n", parts[n].name, part.note.empty() ? "absent" : part.note);
-    else if (part.volume == 0)  // in view, but in another part's label
+    else if (part.volume == 0)  // in view, but within another part's label
       fmt::print("{:<18} {:<7} {:>10}  {:<4}  {}\n", parts[n].name, name_of(part.coverage), "", "",
                  part.note);
     else
@@ -68,7 +68,7 @@ void warn_of_air(const GreyVolume& volume, const SegmentOptions& options, Segmen
                {doubt_of_classes(volume, *options.classes, options.threads)});
 }
 
-// `pick`: where a tolerance picks the grid
+// `pick`: set if a tolerance picks the grid
 Result<Segmentation> segment_scan(const GreyVolume& volume, const SegmentOptions& options,
                                   const SegmentChoice& segments, std::optional<GridPick>& pick) {
   if (pick && volume.quantity == Quantity::mr)
@@ -104,7 +104,7 @@ Result<nlohmann::json> run(const SegmentAsked& asked, const Command& command) {
     pick.emplace().tolerance = *tolerance;
   }
   for (const std::string name : segmentation_file_names) {
-    // (points that a person placed there stay: write_segmentation)
+    // (the user's own points stay: write_segmentation)
     const std::string points = name == "landmarks.mrk.json" ? "" : asked.landmarks;
     if (auto fine = check_writable(std::filesystem::path(asked.folder) / name,
                                    {asked.volume, asked.labels, asked.names, points});
@@ -120,7 +120,7 @@ Result<nlohmann::json> run(const SegmentAsked& asked, const Command& command) {
   if (!given) return tl::unexpected(given.error());
   const auto scanned = read_volume(command, asked.volume, asked.quantity);
   if (!scanned) return tl::unexpected(scanned.error());
-  // in MR nothing is found that could stand for points left as they were
+  // in MR no landmarks are found, so all given points count, also unchanged ones
   options.given = scanned->volume.quantity == Quantity::mr ? given->all() : std::move(given->landmarks);
   std::optional<ClassLabels> classes;
   if (!asked.labels.empty()) {

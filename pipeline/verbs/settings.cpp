@@ -15,7 +15,7 @@ enum class Kind { flag, number, whole_number, text };
 
 Kind kind_of(const CLI::Option& option) {
   if (option.get_expected_max() == 0) return Kind::flag;
-  const std::string type = option.get_type_name();  // its type, then its checks
+  const std::string type = option.get_type_name();  // the type, then the checks
   if (type.starts_with("FLOAT")) return Kind::number;
   return type.starts_with("INT") || type.starts_with("UINT") ? Kind::whole_number : Kind::text;
 }
@@ -54,7 +54,7 @@ std::string shown(const toml::node& node) {
   return text.str();
 }
 
-// a TOML value as the word that the command line would have
+// a TOML value as the word that the command line would contain
 std::string word_of(const toml::node& node) {
   if (const auto* text = node.as_string()) return text->get();
   if (const auto* flag = node.as_boolean()) return flag->get() ? "true" : "false";
@@ -63,7 +63,7 @@ std::string word_of(const toml::node& node) {
   return shown(node);
 }
 
-// The words for one key, each of the option's type and allowed by its checks.
+// The words for one key; each has the option's type and passes its checks.
 std::vector<std::string> words_for(CLI::Option& option, const std::string& key, unsigned line,
                                    const toml::node& value) {
   const Kind kind = kind_of(option);
@@ -107,7 +107,7 @@ CLI::App& verb_of(CLI::App& program, const std::string& name, unsigned line) {
 
 CLI::Option* option_of(CLI::App& app, const std::string& key) {
   CLI::Option* option = app.get_option_no_throw("--" + key);
-  if (!option) option = app.get_option_no_throw(key);  // one without dashes, e.g. run's volume
+  if (!option) option = app.get_option_no_throw(key);  // options without dashes, e.g. run's volume
   return option && option->get_configurable() ? option : nullptr;
 }
 

@@ -1,4 +1,5 @@
-// Settings from a TOML file: every key is a flag of the same name, a table per verb ([run], [simulate] ...).
+// Reads settings from a TOML file: every key is a flag of the same name, with one table per verb ([run],
+// [simulate] ...).
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -9,16 +10,15 @@
 
 namespace borelli {
 
-/// An error in a settings file: ":LINE: what", to be put after the file's name.
+/// An error in a settings file: ":LINE: what", to be appended to the file's name.
 struct SettingsError : CLI::ParseError {
   SettingsError(unsigned line, const std::string& what);
   explicit SettingsError(const borelli::Error& error);
 };
 
-/// Reads settings for CLI11 with toml++. Every key and value is checked against the program's verbs and their
-/// flags before CLI11 takes it, so that what is wrong is told with its line (as SettingsError): no such verb
-/// or setting, a value of another type, one that the flag does not allow. What the command line says goes
-/// before what the file says.
+/// Reads settings for CLI11 with toml++. Checks every key and value against the program's verbs and flags
+/// before CLI11 sees it, so that errors carry the line (SettingsError): unknown verb or setting, wrong type,
+/// value that the flag does not allow. The command line overrides the file.
 class TomlSettings : public CLI::ConfigTOML {
  public:
   /// `program` must outlive the settings; its verbs may be added later.
@@ -30,8 +30,8 @@ class TomlSettings : public CLI::ConfigTOML {
   CLI::App& program_;
 };
 
-/// A verb's settings as chosen on the command line or by default, in the form that TomlSettings reads; what
-/// is empty is left out.
+/// A verb's settings as given on the command line or by default, in the form that TomlSettings reads; empty
+/// settings are left out.
 std::string settings_text(const CLI::App& verb);
 
 }  // namespace borelli

@@ -27,7 +27,7 @@
 namespace borelli {
 namespace {
 
-// What the command line says; what is not given there is the scene's.
+// Command-line options; missing ones come from the scene.
 struct SimulateOptions {
   std::string scene, output, checkpoint;
   std::optional<double> checkpoint_every;
@@ -61,7 +61,7 @@ SimulationSettings settings_of(SimulationSettings s, const SimulateOptions& o) {
   return s;
 }
 
-// An option that would be taken without effect is refused: whoever gives it believes that it has one.
+// Refuses an option that would have no effect, since the user expects one.
 Result<void> check_effect(const SimulateOptions& o, const SimulationSettings& settings) {
   if (o.tolerance && !method_is_adaptive(settings.method))
     return bad_use("--integrator-tolerance", "has no effect with " + settings.method +
@@ -83,9 +83,9 @@ Result<void> check_effect(const SimulateOptions& o, const SimulationSettings& se
 
 bool shows_motion(const std::string& output) { return output.ends_with(".glb") || output.ends_with(".html"); }
 
-// The scene's file stands before what its compilation or simulation finds wrong.
+// Prefixes errors of compilation or simulation with the scene's file.
 tl::unexpected<Error> in_file(const std::string& file, Error error) {
-  // what compile refuses names the file already, with the line
+  // errors of compile already name the file with its line
   if (!error.where.starts_with(file)) error.where = error.where.empty() ? file : file + ", " + error.where;
   return tl::unexpected(std::move(error));
 }
@@ -117,7 +117,7 @@ Result<Trajectory> run(const SimulateOptions& o, const Command& command, const M
   const auto system = compile(scene);
   if (!system) return in_file(o.scene, system.error());
   SimulationSettings settings = settings_of(scene.simulation, o);
-  // viewers draw straight lines from row to row, and steps may be long
+  // viewers interpolate linearly between rows, and steps may be long
   if (shows_motion(o.output) && settings.output_interval == 0)
     settings.output_interval = std::min(1. / 60, settings.end_time / 300);
   if (auto fine = check_effect(o, settings); !fine) return tl::unexpected(fine.error());
@@ -162,7 +162,7 @@ Result<Trajectory> run(const SimulateOptions& o, const Command& command, const M
 }
 
 Result<nlohmann::json> work(const SimulateOptions& o, const Command& command) {
-  // a bad name for the output is told before the work, not after it
+  // check the output's name before the work
   const std::string ending = std::filesystem::path(o.output).extension().string();
   const bool shows = shows_motion(o.output);
   if (!o.output.empty() && ending != ".h5" && ending != ".hdf5" && ending != ".csv" && !shows)

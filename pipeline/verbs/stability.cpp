@@ -1,4 +1,5 @@
-// borelli stability SCENE... -o DIR: where methods fail on a scene, over steps and a number of the scene.
+// borelli stability SCENE... -o DIR: where methods fail on a scene, over steps and over a number of the
+// scene.
 #include <fmt/core.h>
 
 #include <cmath>
@@ -46,7 +47,7 @@ Result<Scene> read(const StabilityOptions& o, const std::string& file, const Com
   return std::move(model->scene);
 }
 
-/// "a,b=1:10" as the paths a and b and what stands behind the sign.
+/// Splits "a,b=1:10" into the paths a and b and the text after the sign.
 Result<std::pair<std::vector<std::string>, std::string>> parse_vary(const std::string& text) {
   const std::size_t sign = text.rfind('=');
   if (sign == std::string::npos || sign == 0)
@@ -78,7 +79,7 @@ Result<Sweep> sweep_of(const StabilityOptions& o, const Command& command) {
   if (!values) return tl::unexpected(values.error());
   auto scene = read(o, o.scenes[0], command);
   if (!scene) return tl::unexpected(scene.error());
-  // paths are those of the file; a model of others goes by what it is as a scene
+  // paths refer to the file; a model of another format is first converted to a scene
   auto text = read_input_file(o.scenes[0]);
   if (text && !parse_scene(*text, o.scenes[0])) text = write_scene(*scene);
   if (!text) return tl::unexpected(text.error());
@@ -123,10 +124,10 @@ void print(const StabilityMap& map) {
   if (const std::string growing = own_growth_words(map); !growing.empty()) fmt::print("  {}\n", growing);
 }
 
-// What a map that was broken off leaves, to be taken up by the same command.
+// Results of an interrupted map, which the same command resumes.
 class KeptColumns {
  public:
-  /// `asked`: all that the runs depend on.
+  /// `asked`: everything that the runs depend on.
   KeptColumns(std::filesystem::path file, const std::string& asked)
       : file_(std::move(file)), asked_(digest_of_bytes(asked)) {}
 
@@ -137,7 +138,7 @@ class KeptColumns {
     if (!kept) return;
     try {
       take(*kept, observer);
-    } catch (const nlohmann::json::exception&) {  // spoilt: everything is run anew
+    } catch (const nlohmann::json::exception&) {  // damaged: everything is run again
     }
   }
 
@@ -164,7 +165,7 @@ class KeptColumns {
 
  private:
   void take(const nlohmann::json& kept, StabilityObserver& observer) const {
-    if (kept.at("asked") != asked_) return;  // of another map
+    if (kept.at("asked") != asked_) return;  // from another map
     const auto limit = [](const nlohmann::json& x) {
       return x.is_null()     ? std::numeric_limits<double>::quiet_NaN()
              : x.is_string() ? std::numeric_limits<double>::infinity()
@@ -197,7 +198,7 @@ class KeptColumns {
   std::string asked_;
 };
 
-/// All that a map's runs depend on.
+/// Everything that a map's runs depend on.
 std::string asked_for(const StabilityOptions& o, const Sweep& sweep) {
   std::string out = BORELLI_VERSION;
   for (const std::string* one : {&o.step, &o.tolerance, &o.equations}) out += ' ' + *one + ';';
@@ -210,14 +211,14 @@ std::string asked_for(const StabilityOptions& o, const Sweep& sweep) {
   return out;
 }
 
-/// Every drawing that a map may have.
+/// Names of all drawings that a map may have.
 std::vector<std::string> map_drawings() {
   std::vector<std::string> out = integrator_names();
   out.insert(out.end(), {"limits", "limits_tolerance", "methods", "methods_tolerance"});
   return out;
 }
 
-/// Whether all that will be written can be.
+/// Checks that all outputs can be written.
 Result<void> check_outputs(const StabilityOptions& o) {
   std::vector<std::string> files;
   if (o.long_steps) {

@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-// A list of numbers under `key`, in the file's order; missing: `standard`.
+// A list of numbers under `key`, in the file's order; `standard` if it is missing.
 Result<Eigen::VectorXd> list_of(const json& state, const std::string& file, const char* key,
                                 const std::vector<Eigen::Index>& order, const Eigen::VectorXd& standard) {
   if (!state.contains(key)) return standard;
@@ -31,7 +31,7 @@ Result<Eigen::VectorXd> list_of(const json& state, const std::string& file, cons
   return out;
 }
 
-// Fills in the state and the efforts.
+// Reads the state and the efforts.
 Result<void> read_state(const std::string& file, SceneAtState& given) {
   const System& system = given.system;
   const FileOrder& order = given.order;
@@ -62,7 +62,7 @@ Result<void> read_state(const std::string& file, SceneAtState& given) {
   return {};
 }
 
-// Where in it a number is none, after its own name; empty: nowhere.
+// Name of the first non-finite number in it; "" if there is none.
 std::string no_number(const json& value, const std::string& name) {
   if (value.is_number_float()) return std::isfinite(value.get<double>()) ? "" : name;
   if (!value.is_structured()) return "";
@@ -98,7 +98,7 @@ void add_state_options(CLI::App& verb, StateOptions& o) {
 }
 
 tl::unexpected<Error> in_scene(const StateOptions& o, Error error) {
-  if (!error.where.starts_with(o.scene))  // what compile refuses names the file already, with the line
+  if (!error.where.starts_with(o.scene))  // errors of compile already name the file with its line
     error.where = error.where.empty() ? o.scene : o.scene + ", " + error.where;
   return tl::unexpected(std::move(error));
 }

@@ -1,4 +1,5 @@
-// What verbs that look at a scene at one state share: the scene, laid out, and the state from its file.
+// Shared by verbs that evaluate a scene at one state: reads the scene, compiles it, and reads the state's
+// file.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -27,26 +28,26 @@ void add_state_options(CLI::App& verb, StateOptions& options);
 struct SceneAtState {
   ModelFile model;
   System system;
-  FileOrder order;  ///< the file's, which lists in JSON have
+  FileOrder order;  ///< the file's order, used by all lists in JSON
   State state;
-  Eigen::VectorXd efforts;  ///< nv, given beside the scene's own
+  Eigen::VectorXd efforts;  ///< nv, applied in addition to the scene's own
 };
 
-/// Reads the scene, and the state: {"t": 0, "q": [...], "v": [...], "efforts": [...]}, or without a state
-/// file the scene's initial one. What is wrong is told with the file that it is in.
+/// Reads the scene and the state: {"t": 0, "q": [...], "v": [...], "efforts": [...]}; without a state file,
+/// the scene's initial state. Errors name the file they are in.
 Result<SceneAtState> read_scene_at_state(const StateOptions& options, const Command& command);
 
-/// An error of the engine with the scene's file before it.
+/// Prefixes an error of the engine with the scene's file.
 tl::unexpected<Error> in_scene(const StateOptions& options, Error error);
 
-/// The answer, or an error that names a number of it that is none, which JSON cannot hold: states and scenes
-/// may be so far out that what is computed of them overflows.
+/// Returns the answer, or an error that names a non-finite number in it, which JSON cannot hold: extreme
+/// states and scenes may overflow.
 Result<nlohmann::json> of_numbers(const StateOptions& options, nlohmann::json answer);
 
-/// A state as --state reads it.
+/// A state in the form that --state reads.
 nlohmann::json json_of(const State& state, const FileOrder& order);
 
-/// Rows over the coordinates, their columns in the file's order.
+/// Rows over the coordinates, with columns in the file's order.
 nlohmann::json rows_in_file_order(const Eigen::MatrixXd& rows, const FileOrder& order);
 
 }  // namespace borelli

@@ -1,4 +1,4 @@
-// The verbs of the `borelli` program: each one file here, one function that adds it, one line in the list
+// The verbs of the `borelli` program. Each has its own file, a function that adds it, and a line in the list
 // below.
 #pragma once
 
@@ -13,13 +13,12 @@
 
 namespace borelli {
 
-/// What every verb shares, and what the command line chose.
+/// Options that all verbs share, and the chosen verb.
 struct Command {
   bool json = false;   ///< print the answer as JSON (and nothing else) on standard output
   int threads = 0;     ///< 0: as many as the machine has
-  bool force = false;  ///< do again what is there already
-  /// The chosen verb's work. Its answer is what --json prints; without --json a verb prints for people
-  /// itself.
+  bool force = false;  ///< repeat work that is already done
+  /// The chosen verb's work. Returns what --json prints; without --json the verb prints its own text.
   std::function<Result<nlohmann::json>(const Command&)> work;
 
   /// Warns of what makes the inputs or the result doubtful. An empty or repeated sentence is ignored. The
@@ -27,10 +26,10 @@ struct Command {
   /// Verbs read their inputs through inputs.hpp, which passes on the readers' warnings.
   void warn(const std::string& sentence) const;
   void warn(const std::vector<std::string>& sentences) const;
-  /// Puts these before all warnings so far, in this order, each once.
+  /// Inserts these before all existing warnings, in this order, without duplicates.
   void warn_first(const std::vector<std::string>& sentences) const;
   const std::vector<std::string>& warnings() const { return told_->warnings; }
-  /// Notes what the user may want to know. The program prints "note: ..." on standard error after the work,
+  /// Adds a note that may interest the user. The program prints "note: ..." on standard error after the work,
   /// except with --json.
   void note(const std::string& sentence) const;
   const std::vector<std::string>& notes() const { return told_->notes; }
@@ -47,7 +46,7 @@ struct Command {
   std::shared_ptr<Told> told_ = std::make_shared<Told>();  // verbs get a const Command
 };
 
-/// Lists these options of a verb under a title of their own in its help, after the common ones.
+/// Lists these options of a verb under their own title in its help, after the common ones.
 void group_options(CLI::App& verb, const std::string& title, const std::vector<std::string>& options);
 
 void add_run(CLI::App& program, Command& command);

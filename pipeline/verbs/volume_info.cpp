@@ -16,7 +16,7 @@ namespace {
 using Eigen::Vector3d;
 using nlohmann::json;
 
-// "Left", or "Left, 12.5 degrees off": the patient's direction that an axis runs along
+// The patient direction of an axis: "Left", or "Left, 12.5 degrees off"
 std::string direction(const Vector3d& axis) {
   static constexpr std::array<std::array<const char*, 2>, 3> names{
       {{"Left", "Right"}, {"Posterior", "Anterior"}, {"Superior", "Inferior"}}};
@@ -35,11 +35,11 @@ json grid_info(const Grid& grid) {
   info["spacing_mm"] = three(grid.spacing());
   for (int c = 0; c < 3; ++c) info["axes_run_to"].push_back(direction(grid.axes.col(c)));
   info["origin_mm_lps"] = three(grid.origin);
-  info["sheared"] = shear(grid) > 1e-4;  // what float32 headers round is below
+  info["sheared"] = shear(grid) > 1e-4;  // smaller shears are float32 rounding in headers
   return info;
 }
 
-// voxels and volume of each label, with its name where a table of names lies beside the map
+// voxels and volume of each label, with its name if a table of names lies beside the map
 Result<json> label_info(const Command& command, const std::string& path) {
   const auto map = read_labels(command, path);
   if (!map) return tl::unexpected(map.error());

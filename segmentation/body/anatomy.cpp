@@ -42,7 +42,7 @@ bool Anatomy::near_edge(const Eigen::Vector3d& point, double reach) const {
 }
 
 void measure_depths(Anatomy& a, int threads) {
-  // what the scan does not show may be body as well: it is no skin
+  // Voxels that the scan does not show may be body, so they are no skin.
   const Mask outside =
       where(a.grid(), [&](std::size_t o) { return !a.body.voxels[o] && a.scan.seen.voxels[o]; });
   a.depth = distance_to(outside, 200, false, threads);

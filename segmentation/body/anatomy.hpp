@@ -1,5 +1,5 @@
-// What is known of a body before its parts are: the scan on the work grid, where the body is, where its bones
-// are; and what the next steps need of it again and again.
+// What is known of a body before its parts are: the scan on the work grid, masks of body and bone, and the
+// maps and measures that later steps need.
 #pragma once
 
 #include <memory>
@@ -15,39 +15,40 @@ namespace borelli {
 struct Proposal;
 
 struct Anatomy {
-  const GreyVolume* source = nullptr;  ///< the scan itself, for close-ups; outlives this
-  double size = 1;  ///< of the body, in parts of the usual one's, which it is enlarged to; lengths are too
-  int threads = 0;  ///< that steps may share their work among; 0: as many as the machine has
+  const GreyVolume* source = nullptr;  ///< the scan itself, for close-ups; must outlive this object
+  double size = 1;  ///< body size relative to normal; the scan is scaled by 1/size, and so are its lengths
+  int threads = 0;  ///< number of threads; 0: all of the machine's
   WorkVolume scan;
   Mask body;
   Mask bone;
-  Distances depth;        ///< below the skin, mm; 0 outside the body. The scan's edge is no skin.
+  Distances depth;        ///< depth below the skin, mm; 0 outside the body. The scan's edge is no skin.
   Distances off_bone;     ///< distance to the nearest bone voxel, mm, up to 60
   Distances within_bone;  ///< depth below a bone's surface, mm; 0 outside bone
 
-  /// What the forest says of the body (proposal/proposal.hpp); null: not asked.
+  /// The forest's labelling (proposal/proposal.hpp); null: not computed.
   std::shared_ptr<const Proposal> proposal;
-  /// Of each voxel the kinds of seeds (bits) that may reach it, where the proposal is sure of its limb
-  /// (walls.hpp); empty: not asked.
+  /// By voxel: bit set of the seed kinds that may enter, where the proposal is sure of the limb (walls.hpp);
+  /// empty: not computed.
   std::vector<std::uint8_t> wall;
 
   const Grid& grid() const { return scan.hu.grid; }
   double step() const { return grid().axes(0, 0); }
-  /// True where the mask is set at the voxel of a patient point.
+  /// True if the mask is set at a patient point (mm, LPS).
   bool holds(const Mask& mask, const Eigen::Vector3d& point) const;
-  /// What voxels too large to show the gap between two bones add to the deviation of a joint that is told by
-  /// that gap, mm: 4 for each millimetre over 5 of the scan's largest spacing or of the work grid's step, in
-  /// a body of usual size (`scale`: see Trunk). Most wrists come out well there, and some 20 to 35 mm off
-  /// (measured by `landmark_trials`, tests/suite).
+  /// Extra deviation of a joint located by the gap between two bones, for voxels too large to show the gap,
+  /// mm. It is 4 mm per millimetre of the largest spacing (of scan or work grid) above 5 mm times `scale`
+  /// (see Trunk). Most such wrists are still found well, some are 20 to 35 mm off (`landmark_trials`,
+  /// tests/suite).
   double gaps_unseen(double scale) const;
-  /// True where voxels or the work grid's are as large as a wrist's gap, which bones may then seem to fill.
+  /// True if a voxel (of scan or work grid) is as large as a wrist's gap, so that the bones may seem fused.
   bool gap_may_fuse(double scale) const;
-  /// By how much voxels (the edge of a cube as large) or the work grid's are over 3 mm of the patient: thin
-  /// bone and its ends then show only where a voxel's middle hits them.
+  /// Excess of the voxel size over 3 mm of the patient's body, mm; the size is the larger of the scan's cube
+  /// root of voxel volume and the work grid's step. Thin bone and its ends then show only where they hit a
+  /// voxel's centre.
   double over_fine() const;
-  /// True where the scan shows a patient point.
+  /// True if the scan shows a patient point (mm, LPS).
   bool sees(const Eigen::Vector3d& point) const { return holds(scan.seen, point); }
-  /// True within `reach` mm of what the scan does not show.
+  /// True within `reach` mm of voxels that the scan does not show.
   bool near_edge(const Eigen::Vector3d& point, double reach) const;
 };
 
@@ -56,14 +57,14 @@ inline const char* side_suffix(int side) { return side == left_side ? "_left" : 
 /// +1 for the left (x grows to the left), -1 for the right.
 inline double side_sign(int side) { return side == left_side ? 1 : -1; }
 
-/// The three distance maps, from body and bone as they are.
+/// Computes the three distance maps from the current masks of body and bone.
 void measure_depths(Anatomy& anatomy, int threads);
 
 Anatomy look(const GreyVolume& volume, double step, int threads);
 /// The same on a grid from work_grid.
 Anatomy look(const GreyVolume& volume, const Grid& grid, int threads);
 
-/// Bytes per voxel of the work grid, of all volumes in use at a time except the resampled scan.
+/// Peak memory in bytes per voxel of the work grid, for all volumes except the resampled scan.
 inline constexpr std::size_t bytes_at_work = 36;
 
 }  // namespace borelli

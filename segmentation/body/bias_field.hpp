@@ -1,4 +1,4 @@
-// The slow change of brightness across a magnetic resonance image, from its coils: found, to divide by.
+// The bias field of a magnetic resonance image: slow brightness changes from its coils.
 #pragma once
 
 #include "error/error.hpp"
@@ -6,10 +6,10 @@
 
 namespace borelli {
 
-/// The factor by which the same tissue is brighter at a place than on average (about 1), by N4 (Tustison et
-/// al. 2010, IEEE TMI 29:1310; ITK's filter) in the voxels of `mask`; smooth, and there everywhere. `mr` and
-/// `mask` on one grid of at most some 100000 voxels, for the filter takes seconds there; the field is smooth
-/// enough to be interpolated. The same input gives the same field. Errors: an empty mask, what ITK refuses.
+/// Bias field of `mr` as a factor about 1 (divide by it), by N4 (Tustison et al. 2010, IEEE TMI 29:1310;
+/// ITK's filter), fitted to the voxels of `mask` and defined everywhere. `mr` and `mask` share a grid of at
+/// most some 100000 voxels, on which the filter takes seconds; the field is smooth enough to interpolate. The
+/// result is reproducible. Errors: an empty mask, and what ITK refuses.
 Result<Volume<float>> bias_field(const Volume<float>& mr, const Mask& mask);
 
 }  // namespace borelli

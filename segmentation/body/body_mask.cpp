@@ -9,15 +9,16 @@
 namespace borelli {
 namespace {
 
-// half the thickness below which a thing is a sheet, a finger or an ear, mm
+// half the thickness below which an object counts as a sheet, a finger or an ear, mm
 constexpr double thin = 7.5;
-// a thin thing that hangs on the body and is no longer than this belongs to it (hand with fingers spread), mm
+// a thin object that touches the body and is no longer than this belongs to it (a hand with spread fingers),
+// mm
 constexpr double small_extent = 170;
-// the least bone that a finger or toe parted from the body holds, mm^3 (the thumb's phalanges have some 2000)
+// least bone in a finger or toe separated from the body, mm^3 (the thumb's phalanges have some 2000)
 constexpr double finger_bone = 250;
-// the widest gap over which a finger still belongs to a body, mm
+// widest gap across which a finger still belongs to a body, mm
 constexpr double finger_gap = 10;
-// half the width of the widest passage that does not count as open to the outside air (nostrils, mouth), mm
+// half the width of the widest passage that does not open a hollow to the outside air (nostrils, mouth), mm
 constexpr double passage = 9;
 
 double extent(const Region& region, double step) {
@@ -35,14 +36,14 @@ void drop_regions(Mask& mask, const Regions& regions, const std::vector<bool>& k
   }
 }
 
-// what is left when thin wide things are taken away; what the scan does not show may go on being dense, so
-// that a sliver of a limb at the scan's side is no sheet
+// Removes wide thin objects. Voxels that the scan does not show count as dense, so that a sliver of a limb at
+// the scan's side is no sheet.
 Mask without_sheets(const Mask& dense, const Mask& seen, double step) {
   const auto& g = dense.grid;
   const Mask thick =
       eroded(where(g, [&](std::size_t o) { return dense.voxels[o] || !seen.voxels[o]; }), thin, true);
   bool any = false;
-  // cores of cushions and rails: small beside the body's
+  // drops small cores: those of cushions and rails
   const Mask core =
       kept_regions(where(g, [&](std::size_t o) { return thick.voxels[o] && dense.voxels[o]; }), 26,
                    [&](const Region& one, const Region& largest) {
@@ -58,10 +59,10 @@ Mask without_sheets(const Mask& dense, const Mask& seen, double step) {
   return where(g, [&](std::size_t o) { return dense.voxels[o] && (near_core.voxels[o] || small.voxels[o]); });
 }
 
-// What of a small piece speaks for a finger: bone within flesh.
+// Evidence that a small piece is a finger: bone within flesh.
 struct Flesh {
-  std::int64_t bone = 0, flesh = 0;  // voxels
-  std::int64_t faces = 0, bare = 0;  // of its bone, and those towards what is not the piece
+  std::int64_t bone = 0, flesh = 0;  // voxels: of bone; of fat and soft tissue
+  std::int64_t faces = 0, bare = 0;  // faces of its bone voxels; those at the piece's surface
   bool finger(std::int64_t voxels, double step) const {
     return static_cast<double>(bone) * step * step * step >= finger_bone && 3 * flesh >= voxels &&
            10 * bare <= faces;
@@ -91,14 +92,14 @@ Flesh flesh_of(const Regions& pieces, std::size_t n, const Volume<std::int16_t>&
   return piece;
 }
 
-// Joins a finger to the body beside it by a row of voxels over the gap, since flesh and bones are followed
-// from the body outwards. It hangs where the way on to the body's bone is shortest: on the hand, whose bones
-// lie near the skin, and not on the thigh. False where the gap is wider than a finger's.
+// Joins a finger to the body beside it by a row of voxels across the gap, since later steps follow flesh and
+// bones outwards from the body. It attaches where the path on to the body's bone is shortest: on the hand,
+// whose bones lie near the skin, and not on the thigh. False if the gap is wider than finger_gap.
 bool join(Mask& body, const Regions& pieces, std::size_t finger, const Distances& off_bone, double step) {
   const Region& box = pieces.list[finger];
   const auto& g = body.grid;
   const auto n = static_cast<std::int64_t>(finger_gap / step) + 1;
-  const double widest = finger_gap + step;  // between the centres of the voxels beside the gap
+  const double widest = finger_gap + step;  // between the centres of the voxels at the gap
   double best = 1e9;
   std::array<std::int64_t, 3> from{}, way{};
   for (std::int64_t k = box.low[2]; k <= box.high[2]; ++k)
@@ -128,8 +129,8 @@ bool join(Mask& body, const Regions& pieces, std::size_t finger, const Distances
   return true;
 }
 
-// The largest piece, those others that can be a limb cut off by the scan's edge, and fingers that a crevice
-// parts from either.
+// Keeps the largest piece, other pieces large enough for a limb cut off by the scan's edge, and fingers
+// separated from either by a crevice.
 void keep_pieces(Mask& body, const Volume<std::int16_t>& hu, double step) {
   const Regions pieces = connected_regions(body);
   if (pieces.list.empty()) return;
@@ -155,25 +156,26 @@ void keep_pieces(Mask& body, const Volume<std::int16_t>& hu, double step) {
   }
 }
 
-// Air that belongs to the body. The outside air is what a ball of the passage's radius reaches from the sides
-// of the slices; of the air that it does not reach, hollows that are wider than a passage, or closed, are
-// inside; the rest are crevices.
+// Fills air that belongs to the body. The outside air is what a ball of the passage's radius reaches from the
+// sides of the slices. The other hollows are inside the body if they are closed or wider than a passage; the
+// rest are crevices.
 void fill(Mask& body, const Mask& seen) {
   const Mask air = complement(body);
   const Mask wide = eroded(air, passage, true);
-  // Where the scan ends, a lung that it cuts is still enclosed, within the slice; beyond the scan's own sides
-  // all is outside.
+  // A lung that the scan's end cuts is still enclosed within its slice. Beyond the scan's sides all is
+  // outside.
   const auto& g = body.grid;
   const Mask start =
       reached_from_sides(where(g, [&](std::size_t o) { return wide.voxels[o] || !seen.voxels[o]; }));
-  // from slice to slice through seen air only: beyond the scan's ends lies no way into a lung
+  // from slice to slice only through seen air: no path into a lung leads through the region beyond the scan's
+  // ends
   const Mask flooded =
       reached(start, where(g, [&](std::size_t o) { return wide.voxels[o] && seen.voxels[o]; }));
   const Mask outside =
       dilated(where(g, [&](std::size_t o) { return flooded.voxels[o] || !seen.voxels[o]; }), passage + 1e-3);
   const Mask hollow = where(g, [&](std::size_t o) { return air.voxels[o] && !outside.voxels[o]; });
   const Regions hollows = connected_regions(hollow, 6);
-  // open crevices: touch outside air and hold no ball of the passage's size
+  // open crevices touch the outside air and contain no ball of the passage's size
   std::vector<bool> open(hollows.list.size()), wider(hollows.list.size());
   const Mask ball = eroded(air, passage);
   for (std::int64_t k = 0; k < g.size[2]; ++k)
@@ -195,11 +197,11 @@ void fill(Mask& body, const Mask& seen) {
   });
 }
 
-// A lung that the scan's side lays open: airy tissue (not air), that meets what the scan does not show, and
-// air hardly anywhere.
+// Keeps a lung that the scan's side cuts open: airy tissue (not air) that borders on the region out of view
+// and hardly anywhere on air.
 void keep_cut_lungs(Mask& body, const WorkVolume& scan, double step) {
   constexpr int emptiest_lung = -950;
-  constexpr double much = 20e2, least = 30e3, most_bare = 0.1;  // mm^2; mm^3; of its faces
+  constexpr double much = 20e2, least = 30e3, most_bare = 0.1;  // mm^2; mm^3; fraction of its faces
   const auto& g = body.grid;
   const Mask airy = where(g, [&](std::size_t o) {
     return scan.seen.voxels[o] && !body.voxels[o] && scan.hu.voxels[o] > emptiest_lung &&
@@ -215,7 +217,7 @@ void keep_cut_lungs(Mask& body, const WorkVolume& scan, double step) {
       for (std::int64_t i = 0; i < g.size[0]; ++i)
         if (airy.at(i, j, k) && at_side(i, j, k)) open += step * step;
   if (open < much) return;
-  // rims of skin and cloth are airy as well, but thin
+  // rims of skin and cloth are airy too, but thin
   const Mask thick =
       eroded(where(g, [&](std::size_t o) { return airy.voxels[o] || !scan.seen.voxels[o]; }), thin, true);
   const Regions pieces =

@@ -1,4 +1,4 @@
-// Which places of a scan are the person: table, clothes and air around it taken away, lungs and gut kept.
+// The mask of the person in a scan: without table, clothes and surrounding air, but with lungs and gut.
 #pragma once
 
 #include "segmentation/grid/morphology.hpp"
@@ -6,15 +6,17 @@
 
 namespace borelli {
 
-/// 1 inside the body. Steps: what is denser than fat's air edge; thin wide sheets (table shells, blankets) go
-/// by their shape, small thin things (ears, fingers, toes) stay, and so does a small piece that holds bone
-/// within flesh close beside the body (a thumb that a crevice parts from the palm, joined by a row of
-/// voxels); hollows that reach the outside air only through narrow passages, or not at all, are filled
-/// (lungs, airways, gut), also where the scan's end opens them; crevices between skin and skin stay open.
-/// Several pieces remain where the scan's edge cut limbs off.
+/// Mask on the work grid, 1 inside the body. Starts from all voxels denser than the skin's edge, then:
+/// - removes wide thin sheets (table shells, blankets) by shape; small thin parts (ears, fingers, toes) stay;
+/// - keeps a small piece close to the body that contains bone within flesh (a thumb separated from the palm
+///   by a crevice), and joins it by a row of voxels;
+/// - fills hollows (lungs, airways, gut) that reach the outside air only through narrow passages or not at
+///   all, also where the scan's end opens them; crevices between skin and skin stay open.
+///
+/// Several pieces remain if the scan's edge cuts limbs off.
 Mask body_mask(const WorkVolume& scan);
 
-/// CT number that parts air from tissue at a skin of average softness (half way), Hounsfield units.
+/// CT number at the skin, half way between air and soft tissue, Hounsfield units.
 inline constexpr int skin_edge_hu = -400;
 
 }  // namespace borelli

@@ -12,13 +12,14 @@ namespace {
 
 using Eigen::Vector3d;
 
-// a fall smaller than this may be noise or marrow, CT numbers
+// a smaller fall may be noise or marrow, CT numbers
 constexpr double least_fall = 100;
-// CT numbers are held to this range: below, fat against muscle is no edge of bone; above are cortex and metal
+// CT numbers are clamped to this range: below it, fat against muscle is no bone edge; above it lie cortex and
+// metal
 constexpr double lowest = 20, highest = 1500;
-// what lies below was not seen, nor what lies between it and what was
+// lower values come from voxels out of view, or from interpolation with them
 constexpr double unseen = -1100;
-// along one ray: 100 mm at the finest step, and more
+// along one ray: more than 100 mm at the finest step
 constexpr std::size_t most_samples = 512;
 
 }  // namespace
@@ -41,8 +42,8 @@ void CloseUp::along(const Vector3d& from, const Vector3d& step, int count, doubl
     return (at.array() >= 0).all() && (at.array() < end.array()).all();
   };
   const double row = static_cast<double>(sy), slice = static_cast<double>(sz);
-  // the voxel before a place, and how far on the place is; whole numbers as doubles, two of which fit side by
-  // side
+  // offset: the voxel below a point; tx, ty, tz: the point's fractions. Integers are kept as doubles, which
+  // vectorise.
   constexpr int together = 64;
   std::array<std::int32_t, together> offset;
   std::array<double, together> tx, ty, tz;
@@ -63,7 +64,7 @@ void CloseUp::along(const Vector3d& from, const Vector3d& step, int count, doubl
       values[first + m] = low + tz[m] * (high - low);
     }
   };
-  if (count > 0 && inside(0) && inside(count - 1))  // and so all of it is
+  if (count > 0 && inside(0) && inside(count - 1))  // then all points are inside
     for (int n = 0; n < count; n += together) fill(n, std::min(together, count - n));
   else
     for (int n = 0; n < count; ++n)
@@ -99,13 +100,13 @@ CloseUp close_up(const GreyVolume& volume, const Vector3d& centre, double half) 
 std::vector<double> falls_along(const CloseUp& view, const Vector3d& from, const Vector3d& direction,
                                 double least, double most) {
   const double width = std::clamp(view.blur, 1.0, 3.0), dr = width / 4;
-  constexpr int half = 3;  // a fall is taken over one and a half widths
+  constexpr int half = 3;  // half the width of a fall, in steps
   const auto wanted = static_cast<int>((most - least) / dr) + 1 + 4 * half;
   const double start = least - 2 * half * dr;
   std::array<double, most_samples> level;
   int count = std::min<int>(wanted, most_samples);
   view.along(from + start * direction, dr * direction, count, level.data());
-  // where the scan ends bone does not
+  // the scan's end is no bone edge
   const auto first = std::find_if(level.begin(), level.begin() + count, [](double v) { return v > unseen; });
   count = static_cast<int>(std::find_if(first, level.begin() + count, [](double v) { return v <= unseen; }) -
                            level.begin());

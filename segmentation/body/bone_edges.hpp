@@ -1,4 +1,4 @@
-// Where bone ends along a ray, in a close-up of the scan: what spheres and hinges are measured from.
+// Bone edges along rays, in a close-up of the scan: the measurements behind spheres and hinges.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,30 +8,30 @@
 
 namespace borelli {
 
-/// A stretch of a scan along the patient's axes, as CT numbers.
+/// A region of a scan, resampled along the patient's axes as CT numbers.
 struct CloseUp {
-  /// Whole numbers, isotropic; padding_hu where the scan shows nothing. As doubles, since a hundred million
-  /// values between them are asked for.
+  /// Isotropic grid, integer values; padding_hu outside the scan. Stored as double, since interpolation reads
+  /// it some hundred million times.
   Volume<double> hu;
-  double blur = 1;      ///< over which the scan itself blurs an edge, mm (its middling voxel size)
+  double blur = 1;      ///< cube root of the scan's voxel volume, the width of a blurred edge, mm
   double coarsest = 1;  ///< the scan's largest spacing, mm
 
-  /// Trilinear value at a patient point, padding_hu beyond.
+  /// Trilinear value at a patient point (mm, LPS); padding_hu outside.
   double at(const Eigen::Vector3d& point) const;
-  /// The same at `count` points from `from` on, each `step` (mm) after the last.
+  /// The same at `count` points, from `from` on, `step` (mm) apart.
   void along(const Eigen::Vector3d& from, const Eigen::Vector3d& step, int count, double* values) const;
 };
 
-/// A cube of half width `half` mm about a point, at about the scan's own resolution (1 to 3 mm).
+/// A cube of half width `half` mm about a point (mm, LPS), at about the scan's own resolution (1 to 3 mm).
 CloseUp close_up(const GreyVolume& volume, const Eigen::Vector3d& centre, double half);
 
-/// Distances from `from` along a unit direction, within `least` to `most` mm, at which CT numbers fall
-/// steeply (by 100 or more over the blur), each at half way between the levels on its two sides; outwards.
-/// Where the scan ends none is seen.
+/// Distances in mm from `from` along a unit direction, ascending, within `least` to `most` mm, at which CT
+/// numbers fall steeply (by 100 or more over the blur). Each edge lies half way between the levels on its two
+/// sides. The scan's end counts as no edge.
 std::vector<double> falls_along(const CloseUp& view, const Eigen::Vector3d& from,
                                 const Eigen::Vector3d& direction, double least, double most);
 
-/// Unit vectors spread evenly over the sphere (golden spiral).
+/// Unit vectors evenly distributed over the sphere (golden spiral).
 std::vector<Eigen::Vector3d> even_directions(int count);
 
 }  // namespace borelli

@@ -10,12 +10,12 @@
 namespace borelli {
 namespace {
 
-// a marrow cavity's section (the widest: a femur's condyles or a vertebra), mm^2
+// largest section of a marrow cavity (femoral condyles or a vertebra), mm^2
 constexpr double marrow_section = 3500;
-// the smallest piece that is taken for bone, mm^3 (a finger's phalanx has some 500)
+// smallest piece that counts as bone, mm^3 (a finger's phalanx has some 500)
 constexpr double smallest_bone = 250;
 
-// What bone takes up of a slice square to one axis, along the other two; nothing where last < first.
+// Bounding box of bone in a slice perpendicular to one axis, along the other two axes; empty if last < first.
 struct Frame {
   std::array<std::int64_t, 2> first{1, 1}, last{0, 0};
 
@@ -47,7 +47,7 @@ std::vector<Frame> frames_of(const Mask& bone, int c) {
   return frames;
 }
 
-// fills hollows of bone within slices square to axis `c`, up to the section of a marrow cavity
+// Fills hollows of bone within slices perpendicular to axis `c`, up to the section of a marrow cavity.
 void fill_sections(Mask& bone, int c, double step, int threads) {
   const auto& g = bone.grid;
   const std::array<int, 2> in{c == 0 ? 1 : 0, c == 2 ? 1 : 2};
@@ -57,7 +57,7 @@ void fill_sections(Mask& bone, int c, double step, int threads) {
     std::vector<std::uint8_t> done;
     std::vector<std::int64_t> hollow;
     for (std::int64_t w = w0; w < w1; ++w) {
-      // what reaches the frame's side is not closed: beyond the frame is no bone
+      // a hollow that reaches the frame's side is open: there is no bone beyond the frame
       const Frame& frame = frames[static_cast<std::size_t>(w)];
       if (frame.empty()) continue;
       const std::int64_t nu = frame.last[0] - frame.first[0] + 1, nv = frame.last[1] - frame.first[1] + 1;

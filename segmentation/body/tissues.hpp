@@ -1,4 +1,4 @@
-// What each place of the body is made of, by its CT number.
+// Tissue of each voxel of the body, by its CT number.
 #pragma once
 
 #include "segmentation/grid/morphology.hpp"
@@ -8,8 +8,8 @@ namespace borelli {
 
 enum class Tissue : std::uint8_t { outside, air, lung, fat, soft, bone };
 
-/// Upper ends of the classes, Hounsfield units (Lev & Gonzalez 2002, Brain mapping ch. 17; the lung's range
-/// after Kemerink et al. 1998, Med Phys 25:1075). What is above the last one is bone.
+/// Upper limits of the classes, Hounsfield units (Lev & Gonzalez 2002, Brain mapping ch. 17; lung from
+/// Kemerink et al. 1998, Med Phys 25:1075). Bone lies above the last one.
 inline constexpr int air_to_hu = -950, lung_to_hu = -300, fat_to_hu = -25, soft_to_hu = 160;
 
 constexpr Tissue tissue_of(int hu) {
@@ -20,8 +20,8 @@ constexpr Tissue tissue_of(int hu) {
                            : Tissue::bone;
 }
 
-/// Bones as solids: what is dense as bone, with its marrow (hollows of the mask, closed in space or within a
-/// slice and no wider than a marrow cavity), without specks.
+/// Bones as solids: voxels as dense as bone and their marrow, without specks. Marrow: hollows of the mask
+/// that are closed within a slice along any axis and no larger than a marrow cavity's section.
 Mask bone_mask(const WorkVolume& scan, const Mask& body, int threads = 0);
 
 }  // namespace borelli

@@ -17,7 +17,7 @@
 namespace borelli {
 namespace {
 
-// zlib's fastest level that still uses its matcher well: level 6 takes four times as long for a tenth less
+// zlib's fastest level that still finds matches well: level 6 takes four times as long for files 10 % smaller
 constexpr int level = 2;
 
 std::string reason() { return std::generic_category().message(errno); }
@@ -51,11 +51,11 @@ struct ByteSource::State {
   File file;
   std::uint64_t size = 0;
   bool packed = false, raw = false;
-  bool begun = false, ended = false;  // the compressed stream; the latter when it said that it is whole
+  bool begun = false, ended = false;  // state of the compressed stream; ended: complete
   bool bunzip = false, bzip2_open = false;
   bz_stream bzip2;
   inflate_state stream;
-  isal_gzip_header header;  // of the member, which may go on in the next block
+  isal_gzip_header header;  // of the member; may continue in the next block
   std::array<unsigned char, block> input;
 
   ~State() {
@@ -78,8 +78,8 @@ struct ByteSource::State {
     return *got > 0;
   }
 
-  // at the stream's beginning and after a member's end: gzip or zlib, then another gzip member, or the end
-  // (what else follows is no part of the stream)
+  // Called at the stream's start and after each member: begins a gzip or zlib stream or the next gzip member,
+  // or ends the source. Other bytes after a member are ignored.
   Result<void> next_member() {
     if (raw) {
       isal_inflate_reset(&stream);
@@ -97,14 +97,14 @@ struct ByteSource::State {
     } else {
       isal_inflate_reset(&stream);
       stream.crc_flag = gzip ? ISAL_GZIP : ISAL_ZLIB;
-      header = {};  // (all of it: what isal_gzip_header_init leaves is read)
+      header = {};  // in full: isal_gzip_header_init leaves fields unset that are read
       isal_gzip_header_init(&header);
       begun = true;
     }
     return {};
   }
 
-  // (isal_inflate by itself forgets what it read of a header)
+  // (isal_inflate alone forgets a header that continues in the next block)
   int inflate() {
     if (stream.crc_flag == ISAL_GZIP && stream.wrapper_flag == 0)
       if (const int status = isal_read_gzip_header(&stream, &header); status != ISAL_DECOMP_OK) return status;
@@ -295,7 +295,7 @@ Result<ByteSink> ByteSink::create(const std::string& path, Packing packing) {
 void ByteSink::start_packing() {
   // 15 + 16: largest window, gzip header (its time stamp stays 0)
   if (deflateInit2(&state_->zlib, level, Z_DEFLATED, 15 + 16, 9, Z_DEFAULT_STRATEGY) != Z_OK)
-    throw std::bad_alloc();  // zlib's only reason here
+    throw std::bad_alloc();  // the only failure here
   state_->packed = true;
 }
 

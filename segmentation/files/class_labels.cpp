@@ -13,7 +13,7 @@
 namespace borelli {
 namespace {
 
-// segments whose class their coded terminology or ID tells, or tells otherwise than their name
+// segments whose class comes from their coded terminology or ID, because the name is unknown or differs
 struct OtherNames {
   std::vector<std::string> told, otherwise;
 };

@@ -1,5 +1,5 @@
-// Somebody else's label map with the rule of each class: what a segmentation is made from instead of bare CT
-// numbers.
+// Another program's label map with the rule of each class. A segmentation can start from it instead of from
+// bare CT numbers.
 #pragma once
 
 #include <string>
@@ -13,28 +13,28 @@
 namespace borelli {
 
 struct ClassLabels {
-  LabelMap labels;                    ///< classes; 0: the map says nothing of the place
+  LabelMap labels;                    ///< classes; 0: no class
   std::vector<ClassRule> rules;       ///< by label; [0] is not used
-  std::vector<std::string> warnings;  ///< from reading the labels; classes that the mapping lacks
+  std::vector<std::string> warnings;  ///< from reading the labels; classes missing in the mapping
 
   const ClassRule& rule(std::uint8_t label) const { return rules[label]; }
 };
 
-/// Joins a label map and a mapping. Classes that the mapping does not tell of are divided like what has no
-/// label, with a warning. Errors: a mapping that knows none of the map's classes.
+/// Joins a label map and a mapping. Classes that the mapping lacks are treated as unlabelled, with a warning.
+/// Errors: a mapping that knows none of the map's classes.
 Result<ClassLabels> class_labels(const std::string& where, NumberedLabels labels,
                                  const ClassMapping& mapping);
 
-/// Reads both. `names` as for read_labels, `mapping` as for class_mapping. Where no class has a name, a ready
-/// mapping must fit the classes' places (mapping_fit.hpp); `scan`, the volume that they belong to, bears on
-/// that. Errors: theirs.
+/// Reads both. `names` as for read_labels, `mapping` as for class_mapping. If no class has a name, a ready
+/// mapping must fit the classes' places (mapping_fit.hpp); the check also uses `scan`, the volume that they
+/// belong to. Errors: as read_numbered_labels, class_mapping and class_labels.
 Result<ClassLabels> read_classes(const std::string& path, const std::string& names,
                                  const std::string& mapping, const GreyVolume* scan = nullptr,
                                  const Progress& progress = {});
 
-/// The label map on another grid: each voxel takes the label that the map has at its centre, 0 beyond the
-/// map. So a map that was cropped to its segments, as 3D Slicer saves it, or one of another resolution, fits
-/// its scan.
+/// The label map resampled on another grid: each voxel takes the label at its centre, 0 outside the map. This
+/// fits a map to its scan if it was cropped to its segments, as 3D Slicer saves it, or has another
+/// resolution.
 LabelMap labels_on(const LabelMap& labels, const Grid& grid, int threads = 0);
 
 /// True if the voxels of `a` lie on voxels of `b`. `b` may be larger, and its axes may have another order or

@@ -24,7 +24,7 @@ extern const char* const icrp110;
 
 namespace {
 
-// the parts of one word of the part column; nothing where it is no part
+// the parts that a word of the part column means; empty if it is not a part
 std::optional<PartSet> parts_of_word(const std::string& word) {
   if (word == "outside") return PartSet{0};
   if (word == "body") return all_parts;
@@ -86,7 +86,7 @@ std::optional<std::int64_t> read_number(std::string_view text) {
   return std::stoll(std::string(text));
 }
 
-// adds a class; nothing may be told twice, or of label 0, which is what has no label
+// Adds a class. Errors: a repeated label or name; label 0, which means no label, with a part.
 Result<void> add(ClassMapping& mapping, const std::string& where, ClassMapping::Entry entry,
                  std::set<std::string>& seen) {
   if (entry.label && *entry.label == 0 && entry.rule.parts != 0)

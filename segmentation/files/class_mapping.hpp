@@ -1,15 +1,15 @@
-// Which body parts the classes of somebody else's label map belong to: a table from class to part.
+// The table from the classes of another program's label map to body parts.
 //
-// As text with tabs: a header line that names the columns, then a class a line. `label` (the class's number)
-// or `name` or both tell the class; where the label map has names they count, else the numbers. `part` is
-// where it goes:
-//   a part (thigh_left)            the whole class is that part's
-//   several, or a group of them    it is divided among these by the convention's cuts; groups: thigh (both
-//                                  sides, and so for each paired part), arm, arm_left, arm_right, leg ...,
-//                                  trunk, axial (head and trunk), body (all)
-//   outside                        no body: a table, a coil
-// `tissue`, if there is such a column: soft, bone, fat, lung or air; where it is not said, the class may hold
-// any, and its bones are those that the scan shows. Lines from '#' on are comments. As JSON:
+// As text with tabs: a header line that names the columns, then one class per line. `label` (the class's
+// number), `name` or both identify the class. Names count if the label map has names, else numbers.
+// `part` says where the class goes:
+//   a part (thigh_left)            the whole class belongs to that part
+//   several, or a group of them    the convention's cuts divide it among these; groups: thigh (both sides,
+//                                  and likewise each paired part), arm, arm_left, arm_right, leg ..., trunk,
+//                                  axial (head and trunk), body (all)
+//   outside                        not body: a table, a coil
+// `tissue` is an optional column: soft, bone, fat, lung or air. If empty, the class may hold any tissue,
+// and its bones are those that the scan shows. Lines from '#' on are comments. As JSON:
 // an object from label or name to part, or to {"part": ..., "tissue": ...}.
 #pragma once
 
@@ -39,7 +39,7 @@ inline constexpr PartSet all_parts = (PartSet{1} << parts.size()) - 2;
 constexpr PartSet part_bit(int label) { return PartSet{1} << label; }
 
 struct ClassRule {
-  PartSet parts = all_parts;  ///< among which the class is divided; none: it is no body
+  PartSet parts = all_parts;  ///< the class is divided among these; none: not body
   ClassTissue tissue = ClassTissue::any;
 
   bool operator==(const ClassRule&) const = default;
@@ -48,19 +48,19 @@ struct ClassRule {
 struct ClassMapping {
   struct Entry {
     std::optional<std::int64_t> label;
-    std::string name;  ///< as it stands in the table; may be empty
+    std::string name;  ///< as in the table; may be empty
     ClassRule rule;
   };
   std::vector<Entry> entries;
 
-  /// The rule for a class, by its name where it has one that is known (letters' case and what separates words
-  /// do not matter), else by its number, if not both have names: versions of a table may number the same
-  /// classes anew. Nothing where the table does not tell of it.
+  /// The rule for a class; null if the table lacks it. A known name decides; letter case and word separators
+  /// do not matter. Otherwise the number decides, unless class and entry both have names: versions of a table
+  /// may renumber the same classes.
   const ClassRule* find(std::int64_t label, std::string_view name) const;
 };
 
-/// The mappings that need no file. `totalsegmentator` is version 2 of its task "total", and knows the names
-/// of the other two as well.
+/// The built-in mappings. `totalsegmentator` is version 2 of the task "total"; it also knows the names of the
+/// other two TotalSegmentator mappings.
 inline constexpr std::string_view ready_mappings[] = {"totalsegmentator", "totalsegmentator_v1",
                                                       "totalsegmentator_mr", "icrp110"};
 
@@ -70,11 +70,12 @@ inline constexpr const char* label_mapping_help =
     "totalsegmentator_v1, "
     "totalsegmentator_mr, icrp110, or a table from class to part";
 
-/// One of the ready ones by its name, or a file (.json, else tabs). Errors: no such file; a line without
-/// part, a part or tissue that is none, a class twice, each with its line or key.
+/// A built-in mapping by its name, or a file (.json, else tab-separated). Errors, each with its line or key:
+/// no such file; a line without a part; an unknown part or tissue; a repeated class.
 Result<ClassMapping> class_mapping(const std::string& name_or_file);
 
-/// Small letters, with anything else than letters and digits as one '_' (none at the ends): names to compare.
+/// Lower case, with each run of other characters than letters and digits as one '_' (none at the ends). For
+/// comparing names.
 std::string plain_name(std::string_view name);
 
 }  // namespace borelli

@@ -19,8 +19,8 @@ using Slices = std::vector<DicomSlice>;
 
 struct Found {
   std::vector<Slices> groups;     // one series, size and orientation each
-  std::size_t frames = 0;         // multi-frame files that do not say where their frames are
-  std::size_t segmentations = 0;  // DICOM-SEG, which is no scan
+  std::size_t frames = 0;         // multi-frame files without frame positions
+  std::size_t segmentations = 0;  // DICOM-SEG objects, which are not scans
   std::size_t colours = 0;
   std::size_t unplaced = 0;  // images without position
   Placeholders placeholders;
@@ -153,15 +153,16 @@ Result<FileQuantity> quantity_of(const std::string& folder, const std::string& m
   return own;
 }
 
-// Padding is what lies outside the round picture: from the ends of each row inwards. (A value inside may be
-// padding's by chance: where it is 0, it is also water's.)
+// Padding lies outside the round field of view: from the ends of each row inwards. (A measured value inside
+// may equal the padding value: 0 is also water's.)
 void blank_padding(std::span<float> row, float padding, float blank) {
   std::size_t first = 0, last = row.size();
   while (first < last && row[first] == padding) row[first++] = blank;
   while (last > first && row[last - 1] == padding) row[--last] = blank;
 }
 
-// One scaling and 16 bits for all slices: voxels stay as stored. Else they are scaled one by one, as float32.
+// Whether all slices share one scaling and 16 bits: voxels then stay as stored. Else they are scaled slice by
+// slice, as float32.
 bool uniform(const Slices& slices) {
   return std::ranges::all_of(slices, [&](const DicomSlice& s) {
     const DicomSlice& f = slices.front();
@@ -237,7 +238,7 @@ Result<StoredVoxels> load(const std::string& folder, const Slices& slices, const
   return all;
 }
 
-// slices between slices, linear along the stack's own step (so a tilt is followed)
+// linear interpolation between slices along the stack's own step, so that a tilt is followed
 std::vector<std::int16_t> interpolate(const std::vector<std::int16_t>& from, const SliceStack& stack) {
   const std::size_t area = static_cast<std::size_t>(stack.grid.size[0] * stack.grid.size[1]);
   std::vector<std::int16_t> to(stack.grid.count());
@@ -251,7 +252,7 @@ std::vector<std::int16_t> interpolate(const std::vector<std::int16_t>& from, con
   return to;
 }
 
-// how the patient lay: the code's last letters, after head or feet first
+// the patient's pose: the code's last letters, after head or feet first
 std::string pose_of(std::string_view patient_position) {
   if (patient_position.size() < 3) return "";
   const auto way = patient_position.substr(2);

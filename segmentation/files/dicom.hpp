@@ -1,4 +1,4 @@
-// A folder of DICOM slices to one volume.
+// Reads a folder of DICOM slices as one volume.
 #pragma once
 
 #include <string>
@@ -7,9 +7,10 @@
 
 namespace borelli {
 
-/// Finds the series in a folder (and the folders in it), takes the largest CT series, else the largest of
-/// another modality, and says which. Errors: no DICOM images, several volumes in one series that cannot be
-/// told apart, colours, multi-frame files, and those of stack_slices and read_dicom_pixels.
+/// Finds the series in a folder and its subfolders. Takes the largest CT series, else the largest of another
+/// modality, and says which. Errors: no DICOM images, several volumes in one series that cannot be told
+/// apart, colours, multi-frame files without frame positions, and those of stack_slices and
+/// read_dicom_pixels.
 Result<ScannedVolume> read_dicom_folder(const std::string& folder, const ReadOptions& options);
 
 }  // namespace borelli

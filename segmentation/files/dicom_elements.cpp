@@ -28,10 +28,9 @@ constexpr int deepest = 32;                    // sequences in sequences
 constexpr std::uint64_t longest_header = std::uint64_t{64} << 20;
 constexpr std::size_t most_elements = 4'000'000;
 
-// what is kept of the sequences: shared and per-frame functional groups (PS3.3, C.7.6.16), segments
-// (C.8.20.2)
+// sequences that are kept: shared and per-frame functional groups (PS3.3, C.7.6.16), segments (C.8.20.2)
 constexpr std::array<std::uint32_t, 3> kept_sequences{0x52009229, 0x52009230, 0x00620002};
-// those in them that are read here, for the syntax that does not tell sequences from values
+// inner sequences that are read, for implicit VR, which does not tell sequences from values
 constexpr std::array<std::uint32_t, 9> inner_sequences{0x00209111, 0x00209113, 0x00209116,
                                                        0x00289110, 0x00289145, 0x0062000a,
                                                        0x00189329, 0x00189226, 0x00189114};
@@ -119,7 +118,7 @@ class Reader {
     return true;
   }
 
-  // everything of an element that is not wanted, nested sequences and all
+  // skips the value of an unwanted element with its nested sequences
   bool skip_value(const Element& e, int depth = 0) {
     if (e.length != undefined) return skip(e.length);
     if (depth > deepest) return false;
@@ -147,7 +146,7 @@ class Reader {
 
   std::unique_ptr<std::FILE, CloseFile> file_;
   std::optional<ByteSource> inflated_;
-  bool damaged_ = false;  // the deflated stream
+  bool damaged_ = false;  // the deflated stream is damaged
   std::uint64_t size_, position_ = 0;
 };
 
@@ -195,7 +194,7 @@ bool set_syntax(Reader& reader, const std::string& path, DicomElements& elements
   return !deflated || reader.inflate(path);
 }
 
-// the items of packed pixels; the first is a table of offsets
+// reads the items of packed pixels; the first is the offset table
 bool read_fragments(Reader& reader, DicomElements& elements) {
   for (Element e; reader.element(e);) {
     if (e.tag == sequence_end) {
@@ -212,7 +211,7 @@ bool read_fragments(Reader& reader, DicomElements& elements) {
 bool read_items(Reader& reader, const Element& sequence, bool big_endian, std::vector<DicomItem>& items,
                 int depth);
 
-// one element of an item, its value or its items
+// reads one element of an item: its value or its items
 bool keep(Reader& reader, const Element& e, DicomItem& into, int depth) {
   if (++reader.kept > most_elements) return false;
   const std::string_view vr(e.vr.data(), 2);
@@ -258,7 +257,7 @@ bool read_items(Reader& reader, const Element& sequence, bool big_endian, std::v
   return whole;
 }
 
-// the data set up to its pixels; false where it is cut or damaged
+// reads the data set up to its pixels; false if it is cut off or damaged
 bool read_data_set(Reader& reader, DicomElements& elements) {
   std::uint32_t before = 0;
   while (reader.left() > 0) {
@@ -343,7 +342,7 @@ Result<std::optional<DicomElements>> read_dicom_elements(const std::string& path
     return failure(path, fmt::format("is a DICOM file of a transfer syntax that is not read here ('{}')",
                                      elements.transfer_syntax));
   if (!read_data_set(reader, elements)) {
-    if (!preamble) return std::nullopt;  // another kind of file that happened to start alike
+    if (!preamble) return std::nullopt;  // another kind of file that starts alike by chance
     return failure(
         path, fmt::format("is a DICOM file, but cut off or damaged near its byte {}", reader.position()));
   }

@@ -1,8 +1,8 @@
 // The data elements of a DICOM file up to its pixels, checked as they are read.
 //
-// DICOM PS3.5 (7: the data set; A: transfer syntaxes) and PS3.10 (7: preamble and meta information). GDCM is
-// not asked for headers because it is built with assertions in Debian: a damaged length in a header aborts
-// the process.
+// DICOM PS3.5 (7: the data set; A: transfer syntaxes) and PS3.10 (7: preamble and meta information). GDCM
+// does not read the headers because Debian builds it with assertions: a damaged length would abort the
+// process.
 #pragma once
 
 #include <cstdint>
@@ -19,8 +19,8 @@ namespace borelli {
 /// A data set: a file's, or an item of a sequence in it.
 struct DicomItem {
   std::map<std::uint32_t, std::string> values;  ///< by group << 16 | element; short values only
-  /// Of the sequences of multi-frame files and segmentations (functional groups, segments) all that is in
-  /// them; no others.
+  /// The items of the functional group and segment sequences of multi-frame files and segmentations; no other
+  /// sequences.
   std::map<std::uint32_t, std::vector<DicomItem>> sequences;
   bool big_endian = false;
 
@@ -38,12 +38,11 @@ struct DicomElements : DicomItem {
   /// Offset of the pixels in the file or in the inflated data set; 0: no pixels.
   std::uint64_t pixel_offset = 0;
   std::uint64_t pixel_bytes = 0;  ///< of pixels that are not packed
-  /// Offset and length in the file of each fragment of packed pixels, without the table of offsets (PS3.5,
-  /// A.4).
+  /// Offset and length in the file of each fragment of packed pixels, without the offset table (PS3.5, A.4).
   std::vector<std::pair<std::uint64_t, std::uint32_t>> fragments;
 };
 
-/// Nothing where the file is no DICOM file. Errors: a DICOM file that is cut off or damaged.
+/// Empty if the file is not DICOM. Errors: a DICOM file that is cut off or damaged.
 Result<std::optional<DicomElements>> read_dicom_elements(const std::string& path);
 
 }  // namespace borelli

@@ -1,7 +1,8 @@
-// DICOM-SEG: the segments of a segmentation object as one label map.
+// Reads the segments of a DICOM segmentation object (DICOM-SEG) as one label map.
 //
-// PS3.3, A.51 and C.8.20: each frame is one slice of one segment, binary (a bit a pixel) or fractional (the
-// share or likelihood of it in a pixel), or, in a label map, of all. Frames without anything may be left out.
+// PS3.3, A.51 and C.8.20: each frame is one slice of one segment. It is binary (one bit per pixel) or
+// fractional (the segment's share or probability in a pixel). In a label map, each frame is a slice of all
+// segments. Empty frames may be left out.
 #pragma once
 
 #include <cstdint>
@@ -26,14 +27,14 @@ bool is_dicom_file(const std::string& path);
 
 /// Reads a segmentation: a file, or a folder that holds exactly one. A fractional segment claims a pixel from
 /// half of the maximum on. If several claim it, the largest fraction wins, then the larger number. `accept`
-/// checks the grid before voxels are allocated; its error is passed on.
-/// Errors: no segmentation; frames without place or segment, out of line, unevenly spaced or longer than any
-/// body; packed binary frames; fewer pixels than frames; more than fits into memory.
+/// checks the grid before voxels are allocated; its error is passed on. Errors: not a segmentation; frames
+/// without position or segment, not in one line, unevenly spaced or longer than any body; packed binary
+/// frames; fewer pixels than the frames need; out of memory.
 Result<DicomSegmentation> read_dicom_segmentation(
     const std::string& path, const std::function<Result<void>(const Grid&)>& accept = {});
 
-/// A sentence where scan and labels (files or folders) are both DICOM and name frames of reference
-/// (0020,0052) that are not the same: their coordinates need not mean the same places. Else empty.
+/// A warning if scan and labels (files or folders) are both DICOM and their frames of reference (0020,0052)
+/// differ: their coordinates may not match. Else empty.
 std::string doubt_of_frames(const std::string& scan, const std::string& labels);
 
 }  // namespace borelli

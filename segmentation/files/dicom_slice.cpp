@@ -117,7 +117,7 @@ std::string packing_name(const std::string& uid) {
 constexpr const char* bad_scaling =
     "is a damaged DICOM file: its rescaling is not a number, or has a slope of zero";
 
-// What is no number becomes NaN, which scaling_fits() refuses.
+// Text that is not a number becomes NaN, which scaling_fits() refuses.
 void take_scaling(const DicomItem& item, DicomSlice& slice) {
   slice.slope = number_in(item.text(0x00281053)).value_or(slice.slope);
   slice.intercept = number_in(item.text(0x00281052)).value_or(slice.intercept);
@@ -205,7 +205,7 @@ Result<std::vector<DicomSlice>> frames_of(const DicomElements& elements, const D
       if (const auto time = m->number(0x00209128)) s.temporal_position = fmt::format("{}", *time);
     }
     if (const DicomItem* m =
-            macro(0x00189114)) {  // echo time, a double of the file's byte order: told apart as bytes
+            macro(0x00189114)) {  // echo time, a double in the file's byte order: compared as bytes
       const auto echo = m->values.find(0x00189082);
       if (echo != m->values.end()) s.echo = echo->second;
     }
@@ -258,8 +258,7 @@ bool consistent(const DicomPixels& p) {
          p.high_bit < p.bits_allocated;
 }
 
-// Calls f(value), which gives the value of a stored word: HighBit and BitsStored say which bits of it that
-// is.
+// Calls f(value); value(word) extracts the pixel value from a stored word by HighBit and BitsStored.
 template <class F>
 void with_value(const DicomPixels& p, F&& f) {
   const int up = 31 - p.high_bit, down = 32 - p.bits_stored;
@@ -276,17 +275,17 @@ Word in_own_order(Word word, bool turned) {
   return word;
 }
 
-// values of T from words of as many bytes, in place
+// converts words of the size of T to values of T, in place
 template <class T>
 void decode(std::span<T> values, const DicomPixels& p) {
   using Word = std::make_unsigned_t<T>;
-  if (p.bits_stored == 8 * int(sizeof(T)) && !p.big_endian) return;  // they are that
+  if (p.bits_stored == 8 * int(sizeof(T)) && !p.big_endian) return;  // words are already the values
   with_value(p, [&, turned = p.big_endian](const auto& value) {
     for (T& v : values) v = static_cast<T>(value(in_own_order(static_cast<Word>(v), turned)));
   });
 }
 
-// values of T from words of another length
+// converts words of another size to values of T
 template <class Word, class T>
 void decode(std::span<const std::byte> bytes, std::span<T> values, const DicomPixels& p) {
   with_value(p, [&, turned = p.big_endian](const auto& value) {
@@ -373,7 +372,7 @@ Result<void> read_in_child(std::span<const DicomSlice> slices, std::span<T> to) 
   const auto current = reinterpret_cast<volatile std::uint32_t*>(at->bytes().data());
   // codecs are at least ten times as fast
   const double seconds = 4 + double(to.size()) / 1e6;
-  const ChildLimits limits{.seconds = 10 * seconds,  // wall clock, on a busy machine
+  const ChildLimits limits{.seconds = 10 * seconds,  // wall clock, for a busy machine
                            .processor_seconds = seconds,
                            .bytes = (std::uint64_t{256} << 20) + 32 * area};
   const auto done = in_child("", "unpacking its pixels (" + slices.front().packing + ")", limits, [&] {

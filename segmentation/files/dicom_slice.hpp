@@ -60,14 +60,14 @@ struct DicomSlice {
   Eigen::Vector3d normal() const;
 };
 
-/// The header of a DICOM file; nothing where the file is no DICOM image. Errors: a DICOM file that is cut or
+/// The header of a DICOM file; empty if the file is not a DICOM image. Errors: a DICOM file that is cut or
 /// damaged.
 Result<std::optional<DicomSlice>> read_dicom_header(const std::string& path);
 
-/// The slices of a DICOM file: one, or of an enhanced multi-frame file one per frame, placed by its
-/// functional groups (PS3.3, C.7.6.16); none where the file is no DICOM image. A multi-frame file without
-/// them is one slice whose `frames` are more than one. Errors: as read_dicom_header; frames and functional
-/// groups that do not agree; frames packed so that they cannot be told apart.
+/// The slices of a DICOM file: one, or one per frame of an enhanced multi-frame file, positioned by its
+/// functional groups (PS3.3, C.7.6.16). None if the file is not a DICOM image. A multi-frame file without
+/// functional groups is one slice with `frames` > 1. Errors: as read_dicom_header; frames and functional
+/// groups that do not agree; packed frames whose fragments cannot be assigned.
 Result<std::vector<DicomSlice>> read_dicom_slices(const std::string& path);
 
 /// Checks before pixels are allocated that a slice's file can hold as many as its header says.

@@ -52,7 +52,7 @@ Result<std::vector<bool>> copies_among(std::span<const DicomSlice> slices) {
     return std::tuple(bytes, s.slope, s.intercept, s.pixels.bits_allocated, s.pixels.bits_stored,
                       s.pixels.is_signed, s.pixels.packing);
   };
-  // Different slices mostly differ at their start: only those that start alike are read whole.
+  // Different slices usually differ at their start: only those with equal starts are read completely.
   std::vector<std::size_t> starts, wholes(slices.size(), 0);
   for (const auto& slice : slices) {
     const auto start = pixel_digest(slice, std::uint64_t{1} << 16);

@@ -29,11 +29,11 @@ std::vector<std::int64_t> histogram(const GreyVolume& volume) {
 }  // namespace
 
 DisplayWindow display_window(const GreyVolume& volume) {
-  constexpr int beside = 20;         // values next to an end, among which a cut's is alone
-  constexpr double piled = 10;       // times as many voxels as the others of these have on average
-  constexpr int fewest = 64;         // different values of a picture that noise or mixing spreads
-  constexpr int airless = -500;      // HU: no air is below
-  constexpr int densest_cut = 1500;  // HU: cortical bone is beyond
+  constexpr int beside = 20;         // values next to an end; a clipped end stands out among them
+  constexpr double piled = 10;       // times the mean voxel count of the other values
+  constexpr int fewest = 64;         // different values in an image with noise or partial volumes
+  constexpr int airless = -500;      // HU: a least value above this shows no air
+  constexpr int densest_cut = 1500;  // HU: cortical bone exceeds this
   constexpr double much = 0.1, some = 0.002;
   DisplayWindow window;
   if (volume.quantity != Quantity::hu) return window;

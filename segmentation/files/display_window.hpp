@@ -1,5 +1,5 @@
-// Whether a volume's values were cut off at the ends of a display window, as viewers and 8-bit pictures do:
-// air, fat or bone then have one value, and no reading gives their density back.
+// Detects values clipped to a display window, as viewers and 8-bit pictures do. Air, fat or bone then share
+// one value, and their densities cannot be recovered.
 #pragma once
 
 #include <cstdint>
@@ -10,14 +10,14 @@
 namespace borelli {
 
 struct DisplayWindow {
-  std::int16_t least = 0, greatest = 0;  ///< of all voxels that were seen
-  double at_least = 0, at_greatest = 0;  ///< shares of these that have just that value
-  bool low_cut = false;                  ///< what lies below `least` has its value: no air is left
-  bool high_cut = false;  ///< what lies above `greatest` has its value: bone is no denser than that
+  std::int16_t least = 0, greatest = 0;  ///< of all measured voxels
+  double at_least = 0, at_greatest = 0;  ///< shares of voxels with exactly that value
+  bool low_cut = false;                  ///< values below `least` were clipped to it: no air is left
+  bool high_cut = false;                 ///< values above `greatest` were clipped to it: bone is capped
 };
 
-/// CT numbers alone can be told of: values of a volume whose quantity is hu. Of few different values (drawn
-/// bodies, water in air) nothing is said.
+/// Judges CT numbers only (quantity hu). Says nothing about volumes with few different values (drawn bodies,
+/// water in air).
 DisplayWindow display_window(const GreyVolume& volume);
 
 /// A sentence without subject on what to do about a low cut: "cannot hold CT numbers: ...".

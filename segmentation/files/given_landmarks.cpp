@@ -21,15 +21,15 @@ namespace {
 
 using nlohmann::json;
 
-// the deviation of a point set by hand, mm, where nothing says another
+// default deviation of a point set by hand, mm
 constexpr double by_hand = 3;
 const std::string placed = "placed by hand";
 
-// the words of a name, sorted: "Hip-Left", "leftHip" and "hip l" have the same
+// the words of a name, sorted: equal for "Hip-Left", "leftHip" and "hip l"
 std::vector<std::string> words_of(std::string_view name) {
   std::string spaced;
   for (std::size_t n = 0; n < name.size(); ++n) {
-    // a capital after a small letter begins a word
+    // a capital after a lower-case letter begins a word
     if (n > 0 && name[n] >= 'A' && name[n] <= 'Z' && name[n - 1] >= 'a' && name[n - 1] <= 'z') spaced += ' ';
     spaced += name[n];
   }
@@ -47,7 +47,7 @@ std::vector<std::string> words_of(std::string_view name) {
 struct Note {
   std::string source;
   double deviation = 0, radius = 0;
-  bool found = false;                    // by a run; else given to it
+  bool found = false;                    // found by a run; else given
   std::optional<Eigen::Vector3d> place;  // LPS, mm
 };
 
@@ -90,7 +90,7 @@ Result<GivenLandmarks> as_landmarks(const std::string& path, const std::vector<P
 }
 
 Note read_note(const std::string& text) {
-  // the numbers after a word; fewer where they are not there
+  // the `count` numbers after a word; fewer if the text has fewer
   const auto numbers_after = [&](std::string_view word, std::size_t count) {
     std::vector<double> numbers;
     const auto at = text.find(word);
@@ -153,7 +153,7 @@ Result<GivenLandmarks> read_markups(const std::string& path, const json& documen
   return as_landmarks(path, points);
 }
 
-// fields between commas; quotes hold commas, two of them are one
+// CSV fields: commas inside quotes do not separate; two quotes stand for one
 std::vector<std::string> fields_of(const std::string& line) {
   std::vector<std::string> fields(1);
   bool quoted = false;
@@ -173,12 +173,12 @@ std::vector<std::string> fields_of(const std::string& line) {
   return fields;
 }
 
-// "columns = id,x,y,z,...": after them stand, undeclared, since Slicer 5 the point's status (2: defined) and
-// another
+// Slicer 5 writes two more fields than "columns = id,x,y,z,..." declares: the point's status (2: defined) and
+// another.
 Result<GivenLandmarks> read_fcsv(const std::string& path, std::istream& file) {
   std::vector<std::string> columns =
       fields_of("id,x,y,z,ow,ox,oy,oz,vis,sel,lock,label,desc,associatedNodeID");
-  double sign = -1;  // of x and y: RAS, where the file does not say
+  double sign = -1;  // of x and y; -1: RAS, the default
   std::vector<Point> points;
   std::string line;
   for (int row = 1; std::getline(file, line); ++row) {
@@ -256,7 +256,7 @@ std::string landmark_of(std::string_view name) {
 }
 
 std::vector<std::string> doubts_of_given(const Landmarks& given, const Landmarks& found) {
-  constexpr double far = 60;  // mm: beyond what any finding of ours is off by where it says so
+  constexpr double far = 60;  // mm: more than found landmarks are off by within their deviation
   std::vector<std::string> doubts;
   for (const auto& [name, landmark] : given) {
     const auto own = found.find(name);

@@ -1,4 +1,4 @@
-// Text headers of volume files (NRRD, MetaImage): their lines, and numbers in them whatever the locale.
+// Text headers of volume files (NRRD, MetaImage): their lines, and their numbers, independent of the locale.
 #pragma once
 
 #include <cstdint>
@@ -14,25 +14,24 @@ namespace borelli {
 
 struct HeaderText {
   std::vector<std::string> lines;  ///< without line ends
-  std::uint64_t end = 0;           ///< bytes of the file before what follows the header
+  std::uint64_t end = 0;           ///< file offset of the first byte after the header
 };
 
 /// Reads lines up to and including the first for which `last` holds, or to the file's end. Errors: not
-/// readable; a line or a header too long for a text.
+/// readable; a line or header that is too long for text.
 Result<HeaderText> read_header_text(const std::string& path,
                                     const std::function<bool(std::string_view)>& last);
 
 std::string_view trimmed(std::string_view text);
 std::string lower_case(std::string_view text);
 
-/// All numbers in `text`, which may be separated by blanks, commas and brackets; fewer where something else
-/// stands there.
+/// All numbers in `text`, separated by blanks, commas and brackets. Stops at the first other text.
 std::vector<double> numbers_in(std::string_view text);
 
-/// The number that `text` is; NaN if it is anything else, nothing if it is empty.
+/// `text` as a number; NaN if it is not one, empty if `text` is empty.
 std::optional<double> number_in(std::string_view text);
 
-/// A header's number without its fraction, at most 1e15 either way; NaN as 0.
+/// A header's number truncated to an integer, clamped to +-1e15; NaN becomes 0.
 std::int64_t whole_number(double value);
 
 /// The shortest decimal that reads back as the same double.

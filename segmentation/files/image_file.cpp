@@ -32,7 +32,7 @@ std::string in_words(const ImageHeader& header) {
                      scalar_name(header.scalar));
 }
 
-// Voxels of two and more bytes become int16 in place, those of one byte in a second array.
+// Bytes needed: voxels of two or more bytes become int16 in place, one-byte voxels in a second array.
 double bytes_to_hold(const ImageHeader& header) {
   const auto width = static_cast<double>(scalar_bytes(header.scalar));
   return voxels_of(header) * (width > 1 ? width : 3);
@@ -68,11 +68,11 @@ Result<StoredVoxels> load_voxels(const ImageHeader& header, const Progress& prog
   if (auto fits = admit_memory(header.data_file, in_words(header), bytes_to_hold(header)); !fits)
     return tl::unexpected(fits.error());
 
-  // reserve, then grow by chunks: a header that lies touches no more memory than the file can fill
+  // reserve, then grow by chunks: a wrong header then touches no more memory than the file fills
   voxels.storage.reserve((bytes + 1) / 2);
   const bool swap =
       width > 1 && !header.text && header.big_endian != (std::endian::native == std::endian::big);
-  std::vector<std::future<void>> aside_of(static_cast<std::size_t>(all_threads));  // of the latest chunks
+  std::vector<std::future<void>> aside_of(static_cast<std::size_t>(all_threads));  // of the last chunks
   std::size_t chunks = 0;
   for (std::size_t done = 0; done < bytes;) {
     const std::size_t step = std::min(chunk, bytes - done);
@@ -92,7 +92,7 @@ Result<StoredVoxels> load_voxels(const ImageHeader& header, const Progress& prog
   }
   for (auto& work : aside_of)
     if (work.valid()) work.get();
-  // only the end of a packed stream shows whether checksum and length are right
+  // checksum and length of a packed stream are only checked at its end
   if (const auto ended = stream.finish(); !ended) return tl::unexpected(ended.error());
   return voxels;
 } catch (const std::bad_alloc&) {

@@ -1,7 +1,7 @@
-// What a volume file's header says, and its voxels as the file holds them: the common ground of the formats.
+// A volume file's header, and its voxels as stored: common to all formats.
 //
-// Each format (nifti.cpp, nrrd.cpp, metaimage.cpp) reads its own header into ImageHeader, checked; the voxels
-// are then loaded in one place. ITK's readers are not used here: they refuse sheared and slightly
+// Each format (nifti.cpp, nrrd.cpp, metaimage.cpp) reads and checks its header into ImageHeader; load_voxels
+// then loads the voxels of all formats. ITK's readers are not used: they refuse sheared and slightly
 // non-orthonormal directions, and a malformed header can abort the process inside MetaIO.
 #pragma once
 
@@ -16,7 +16,7 @@
 
 namespace borelli {
 
-/// Called with the share done, 0 to 1.
+/// Called with the fraction done, 0 to 1.
 using Progress = std::function<void(double)>;
 
 enum class Scalar { u8, i8, u16, i16, u32, i32, u64, i64, f32, f64 };
@@ -24,12 +24,12 @@ enum class Scalar { u8, i8, u16, i16, u32, i32, u64, i64, f32, f64 };
 std::size_t scalar_bytes(Scalar scalar);
 std::string_view scalar_name(Scalar scalar);  ///< e.g. "int16"
 
-/// A segment of 3D Slicer's segmentations: what stands for it in its layer. Also a label that NIfTI names.
+/// A segment of a 3D Slicer segmentation: its value in its layer. Also a label named in a NIfTI file.
 struct ImageSegment {
   std::string name;
   std::int64_t value = 0;
   std::int64_t layer = 0;
-  std::vector<std::string> other_names;  ///< what its coded terminology and its ID call it, likeliest first
+  std::vector<std::string> other_names;  ///< by its coded terminology and ID, likeliest first
 };
 
 /// A file of voxels.
@@ -47,9 +47,9 @@ struct ImageHeader {
   std::string description;             ///< the file's own free text, where it has one
   std::vector<ImageSegment> segments;  ///< of a .seg.nrrd, in its order; NIfTI's named labels
   std::int64_t layers = 1;             ///< volumes in the file, whose segments may overlap
-  bool layers_interleaved = false;     ///< a voxel's layers stand side by side; else layer after layer
-  std::string recorded_quantity;       ///< hu, density_kgm3, ... where our own writer left it; else empty
-  std::vector<std::string> warnings;   ///< what a reader of the results should know about the header
+  bool layers_interleaved = false;     ///< a voxel's layers are adjacent; else layer after layer
+  std::string recorded_quantity;       ///< hu, density_kgm3, ... if our own writer noted it
+  std::vector<std::string> warnings;   ///< doubts about the header
 
   std::string header_file;  ///< of a NIfTI pair the .hdr; else the file that was given
   std::string data_file;    ///< where the voxels are (the header's own file, or one beside it)
@@ -65,18 +65,19 @@ struct ImageHeader {
   }
 };
 
-/// Voxels as stored, in the machine's byte order; of several layers all of them.
+/// Voxels as stored, in the machine's byte order; of all layers.
 struct StoredVoxels {
   Scalar scalar = Scalar::i16;
   std::size_t count = 0;
-  /// The voxels' bytes, count * scalar_bytes(scalar) of them. Its type is what they are to become, so that
-  /// they can be converted in place.
+  /// The voxels' bytes, count * scalar_bytes(scalar) of them. The element type is int16 so that to_int16 can
+  /// convert in place.
   std::vector<std::int16_t> storage;
 
   const std::byte* bytes() const { return reinterpret_cast<const std::byte*>(storage.data()); }
 };
 
-/// Errors: damaged or absurd header (named field, what was expected), more than three dimensions, colours.
+/// Errors: damaged or absurd header (with the field and what was expected), more than three dimensions,
+/// colours.
 Result<ImageHeader> read_nifti_header(const std::string& path);
 /// The file of a NIfTI pair that ends in `ending` (.hdr or .img) or `ending`.gz; empty: it does not exist.
 /// `path`: either file of the pair.
@@ -84,19 +85,21 @@ std::string half_of_nifti_pair(const std::string& path, const std::string& endin
 Result<ImageHeader> read_nrrd_header(const std::string& path);
 Result<ImageHeader> read_metaimage_header(const std::string& path);
 
-/// By the file's ending. Errors: no such file, an ending that is not read here, and those of the formats.
+/// Reads a header; the extension gives the format. Errors: no such file, an unsupported extension, and those
+/// of the formats.
 Result<ImageHeader> read_image_header(const std::string& path);
 
-/// What is done with voxels [first, last) as soon as they are there, by other threads than the one that reads
-/// on; several at a time.
+/// Called with voxels [first, last) once they are read, by other threads than the one that reads on, several
+/// at a time.
 using Look = std::function<void(const StoredVoxels& voxels, std::size_t first, std::size_t last)>;
 
-/// Errors: file shorter than its header says, damaged compressed data, too large for memory.
+/// Loads the voxels. Errors: file shorter than its header says, damaged compressed data, too large for
+/// memory.
 Result<StoredVoxels> load_voxels(const ImageHeader& header, const Progress& progress = {},
                                  const Look& look = {});
 
-/// Each writes a volume; `voxels` are i16 or u8 as stored, the grid's count of them; `recorded_quantity` as
-/// above. Errors: not writable, disk full, a grid that the format cannot say.
+/// Each writes a volume. `voxels`: i16 or u8 as stored, grid.count() of them. `recorded_quantity`: as in
+/// ImageHeader. Errors: not writable, disk full, a grid that the format cannot represent.
 Result<void> write_nifti(const std::string& path, const Grid& grid, Scalar scalar,
                          std::span<const std::byte> voxels, const std::string& recorded_quantity);
 Result<void> write_nrrd(const std::string& path, const Grid& grid, Scalar scalar,
@@ -104,7 +107,7 @@ Result<void> write_nrrd(const std::string& path, const Grid& grid, Scalar scalar
 Result<void> write_metaimage(const std::string& path, const Grid& grid, Scalar scalar,
                              std::span<const std::byte> voxels, const std::string& recorded_quantity);
 
-/// The largest |cosine| between two of the grid's axes: 0 where they are orthogonal.
+/// The largest |cosine| between two of the grid's axes: 0 if they are orthogonal.
 double shear(const Grid& grid);
 
 /// Calls f(T{}) with T the C++ type of `scalar`.

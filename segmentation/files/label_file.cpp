@@ -1,4 +1,4 @@
-// Label maps from disk: numbers to at most 255 labels, names from a TSV.
+// Reads label maps: numbers become at most 255 labels, names come from a TSV.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -118,8 +118,7 @@ Result<std::set<std::int64_t>> numbers_in(const std::string& path, const StoredV
   return numbers;
 }
 
-// the label of each number: parts as in parts.hpp, others from 17 on; the number itself where there are no
-// parts
+// The label of each number: parts as in parts.hpp, others from 17 on. Without parts, the number itself.
 Result<std::map<std::int64_t, std::uint8_t>> assign_labels(const std::string& path,
                                                            std::set<std::int64_t> numbers, const Names& names,
                                                            bool as_parts) {
@@ -188,8 +187,7 @@ Result<StoredVoxels> stored(const std::vector<std::uint16_t>& numbers) {
   return voxels;
 }
 
-// The numbers of a segmentation's segments: their values where no two have the same, else from 1 on in their
-// order.
+// The numbers of a segmentation's segments: their values if these are unique, else 1, 2, ... in their order.
 std::vector<std::int64_t> segment_numbers(const ImageHeader& header) {
   std::vector<std::int64_t> numbers;
   std::set<std::int64_t> seen;
@@ -201,7 +199,7 @@ std::vector<std::int64_t> segment_numbers(const ImageHeader& header) {
   return numbers;
 }
 
-// Layers laid over each other: where segments overlap, the later one has the voxel, as in 3D Slicer.
+// Merges layers: where segments overlap, the later one gets the voxel, as in 3D Slicer.
 StoredVoxels flatten(const StoredVoxels& stored, ImageHeader& header,
                      const std::vector<std::int64_t>& numbers) {
   const auto layers = static_cast<std::size_t>(header.layers), count = header.grid.count();
@@ -243,8 +241,8 @@ Result<void> check_lattice(const std::string& path, const Grid& labels, const Gr
                              words(labels), words(*scan)));
 }
 
-// A segment's names. One that is no part's gives way to its code or ID where parts are asked for and that is
-// one.
+// Takes a segment's names. If parts are wanted and its name is not a part's, a code or ID that is a part's
+// replaces it.
 void take_names(const ImageSegment& segment, std::int64_t number, bool as_parts, Read& out) {
   std::string name = segment.name;
   if (as_parts && part_label(name) == 0)

@@ -69,7 +69,7 @@ const std::map<std::string, ClassPlace>& anatomy() {
   return all;
 }
 
-// a class of the map, as a mapping names it
+// a class of the map with its name by a mapping
 struct NamedClass {
   std::string name;
   ClassPlace usual;
@@ -81,8 +81,8 @@ const ClassMapping::Entry* entry_of(const ClassMapping& mapping, std::int64_t nu
   return it == mapping.entries.end() ? nullptr : &*it;
 }
 
-// What the scan shows in bone that is thin or poor in lime, in flesh with a vessel or a clip in it, and in a
-// lung with an effusion still passes.
+// Whether CT numbers contradict the class. Tolerates thin or demineralised bone, flesh with a vessel or clip,
+// and a lung with an effusion.
 bool scan_contradicts(const NamedClass& named) {
   const auto& [number, volume, centre, bright, gas] = named.found;
   if (bright < 0) return false;
@@ -107,7 +107,7 @@ double middle_of(std::vector<double> values) {
   return *half;
 }
 
-// x of the body's middle by what lies in it, else half way between left and right; NaN: not known
+// x of the body's midline from midline classes, else midway between left and right; NaN: unknown
 double middle_of(const std::vector<NamedClass>& all, double to_left) {
   std::array<std::vector<double>, 4> x;
   for (const NamedClass& named : all)
@@ -119,7 +119,7 @@ double middle_of(const std::vector<NamedClass>& all, double to_left) {
 }
 
 MappingFit fit_turned(const std::vector<NamedClass>& all, double to_left, double up) {
-  constexpr int apart = 2;                  // levels, between what can be told apart by height
+  constexpr int apart = 2;                  // levels; least difference that height can tell
   constexpr double aside = 60, beyond = 5;  // mm, from the body's middle
   constexpr double too_much = 5;            // times the usual volume
   const double middle = middle_of(all, to_left);
@@ -192,7 +192,7 @@ std::vector<NumberPlace> places_of(const NumberedLabels& labels, const GreyVolum
 }
 
 MappingFit fit_of(const std::vector<NumberPlace>& places, const ClassMapping& mapping) {
-  constexpr double speck = 0.05;  // of the usual volume: what a network says by mistake
+  constexpr double speck = 0.05;  // of the usual volume: smaller regions are network errors
   std::vector<NamedClass> all;
   std::vector<std::string> unknown;
   for (const NumberPlace& place : places) {
@@ -219,8 +219,8 @@ MappingFit fit_of(const std::vector<NumberPlace>& places, const ClassMapping& ma
 Result<ClassMapping> fitting_mapping(const std::string& where, const std::string& name,
                                      const std::vector<NumberPlace>& places,
                                      std::vector<std::string>& warnings) {
-  // Of label maps written with one table and read by the same at most 2 % is misplaced (ICRP 110, a real
-  // scan, the phantom, pieces of them), by another table a fifth to four fifths.
+  // Share of misplaced classes: at most 2 % with the right table (ICRP 110, a real scan, the phantom, pieces
+  // of them), 20 to 80 % with another version's.
   constexpr double fits = 0.1;
   auto asked = class_mapping(name);
   if (!asked) return asked;
@@ -238,7 +238,8 @@ Result<ClassMapping> fitting_mapping(const std::string& where, const std::string
     if (!few(theirs) || (best && best->share() <= theirs.share())) continue;
     best = std::move(theirs), better = other;
   }
-  // a single one astray among few is the scan's, where no other mapping names more classes without any
+  // a single misplaced class is the scan's fault, unless another mapping names more classes and none is
+  // misplaced
   if (few(fit) && !(best && best->misplaced.empty() && best->judged > fit.judged)) return asked;
   auto which = fit.misplaced;
   if (which.size() > 4) which.resize(4), which.emplace_back("...");

@@ -20,22 +20,22 @@ namespace fs = std::filesystem;
 constexpr std::string_view mask_endings[] = {".nii.gz", ".nii",  ".hdr.gz", ".hdr",
                                              ".nrrd",   ".nhdr", ".mha",    ".mhd"};
 
-// a file's name without the ending of its format; empty: it has none of these, or is hidden
+// a file's name without its format's extension; empty: another extension, or hidden
 std::string class_in(const fs::path& file) {
   const std::string name = file.filename(), lower = lower_case(name);
-  if (name.starts_with('.')) return "";  // what macOS leaves beside files
+  if (name.starts_with('.')) return "";  // macOS metadata
   for (const std::string_view ending : mask_endings)
     if (lower.ends_with(ending)) return name.substr(0, name.size() - ending.size());
   return "";
 }
 
-// the mask being laid on the map
+// voxel counts of the mask being added to the map
 struct LaidMask {
   std::int64_t voxels = 0;
-  std::array<std::int64_t, 256> on{};  // its voxels that a mask already has, by number
+  std::array<std::int64_t, 256> on{};  // its voxels that are already taken, by number
 };
 
-// One value beside 0 is a mask. The map's voxels that are free get `number`.
+// Adds a mask to the map: its free voxels get `number`. A mask has one value beside 0.
 Result<LaidMask> lay(const std::string& file, const StoredVoxels& mask, const ImageHeader& header,
                      std::uint8_t number, std::uint8_t* map) {
   LaidMask laid;

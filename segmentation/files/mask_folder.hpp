@@ -1,4 +1,4 @@
-// A folder of masks, one file per class and named by it (femur_left.nii.gz), as one label map:
+// Reads a folder of masks, one file per class and named by it (femur_left.nii.gz), as one label map. This is
 // TotalSegmentator's default output.
 #pragma once
 
@@ -17,19 +17,19 @@ namespace borelli {
 struct MaskFolder {
   Grid grid;
   StoredVoxels voxels;                        ///< uint8: a class's number, 0: none
-  std::map<std::int64_t, std::string> names;  ///< of masks that hold a voxel, numbered by name
+  std::map<std::int64_t, std::string> names;  ///< of masks that are not empty, numbered in name order
   std::vector<std::string> warnings;
 };
 
-/// The masks in a folder, in the order of their names: files of the formats of read_volume; other files and
-/// subfolders do not count.
+/// The masks in a folder, in the order of their names: files in the formats of read_volume. Other files and
+/// subfolders are ignored.
 std::vector<std::string> masks_in(const std::string& folder);
 
-/// Reads them, one at a time. Empty masks are left out; where two overlap by a little, the first by name has
-/// the voxel, with a warning. `accept` checks the grid before a voxel is read; its error is passed on.
-/// Errors: no mask, or none with a voxel; masks on different grids, of several values or layers, overlapping
-/// by more than a twentieth of the smaller; two of one name; more than 255 with a voxel; too large for
-/// memory.
+/// Reads the masks, one at a time. Empty masks are left out. In a small overlap of two masks the first by
+/// name gets the voxel, with a warning. `accept` checks the grid before a voxel is read; its error is passed
+/// on. Errors: no mask, or all empty; masks on different grids, with several values or layers, or overlapping
+/// by more than a twentieth of the smaller; two with the same name; more than 255 that are not empty; too
+/// large for memory.
 Result<MaskFolder> read_mask_folder(const std::string& folder,
                                     const std::function<Result<void>(const Grid&)>& accept = {},
                                     const Progress& progress = {});

@@ -1,8 +1,7 @@
 // MetaImage, header and voxels in one file (.mha) or several (.mhd and what it names).
 //
 // After MetaIO's own description, "Reference: Tags of MetaImage" (itk.org/Wiki/MetaIO). Coordinates are LPS,
-// as in ITK. AnatomicalOrientation repeats what TransformMatrix says, often wrongly, and is left aside, as
-// ITK does.
+// as in ITK. AnatomicalOrientation repeats TransformMatrix, often wrongly, and is ignored, as in ITK.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -30,7 +29,7 @@ struct MetaImage {
     const auto it = tags.find(name);
     return it == tags.end() ? std::string_view{} : std::string_view(it->second);
   }
-  /// the first of several names for the same thing that is there
+  /// the value of the first of several synonymous tags that is present
   std::string_view any(std::initializer_list<std::string_view> names) const {
     for (const auto name : names)
       if (const auto found = tag(name); !found.empty()) return found;
@@ -185,7 +184,7 @@ Result<ImageHeader> read_metaimage_header(const std::string& path) {
 
 Result<void> write_metaimage(const std::string& path, const Grid& grid, Scalar scalar,
                              std::span<const std::byte> voxels, const std::string& recorded_quantity) {
-  // readers of MetaImage take TransformMatrix as a rotation; cosines above 1e-6 would move voxels by more
+  // readers of MetaImage treat TransformMatrix as a rotation; a cosine above 1e-6 would move voxels by more
   // than rounding
   if (shear(grid) > 1e-6) {
     return failure(
@@ -213,7 +212,7 @@ Result<void> write_metaimage(const std::string& path, const Grid& grid, Scalar s
       "ElementType = {}\nElementDataFile = LOCAL\n",
       cosines, three(grid.origin), three(spacing), grid.size[0], grid.size[1], grid.size[2],
       scalar == Scalar::u8 ? "MET_UCHAR" : "MET_SHORT");
-  const std::string room(16, ' ');  // for the packed size, known only at the end
+  const std::string room(16, ' ');  // placeholder of the packed size, known only at the end
   if (const auto done = sink->write(std::string_view(start + room + rest)); !done) return done;
   sink->start_packing();
   if (const auto done = sink->write(voxels); !done) return done;

@@ -1,9 +1,8 @@
 // NIfTI-1 and NIfTI-2, one file (.nii, .nii.gz) or a pair (.hdr and .img, packed or not).
 //
 // Cox et al., "A (sort of) new image data format standard: NIfTI-1", NeuroImage 22 (2004) e1440; field
-// offsets and codes from the format's public-domain header nifti1.h (nifti2.h for NIfTI-2). NIfTI's world is
-// RAS (x to the Right, y to Anterior, z to Superior); ours is LPS, so x and y change their sign here and
-// nowhere else.
+// offsets and codes from the format's public-domain header nifti1.h (nifti2.h for NIfTI-2). NIfTI uses RAS (x
+// to the Right, y to Anterior, z to Superior), we use LPS: only this file changes the signs of x and y.
 #include <fmt/core.h>
 
 #include <Eigen/Geometry>
@@ -98,7 +97,7 @@ Result<Nifti> parse_nifti(const std::string& path) {
     if (!n.pair && f.text(344, 4) != "n+1")
       return failure(path, "is no NIfTI file (an Analyze file has no orientation)");
     take<std::int16_t, float, std::int16_t>(f, n, 40, 70, 76, 112, 123, 252, 254, 256, 280);
-    n.xyzt_units = f.get<std::uint8_t>(123);  // the one code that is a byte
+    n.xyzt_units = f.get<std::uint8_t>(123);  // the only code of one byte
     n.vox_offset = f.get<float>(108);
     n.description = f.text(148, 80);
   } else if (*got == 540 && is_header(540) && (f.text(4, 3) == "n+2" || f.text(4, 3) == "ni2")) {
@@ -204,7 +203,7 @@ struct Placing {
 
 bool usable(const Placing& placing) {
   if (!placing.axes.allFinite() || !placing.origin.allFinite()) return false;
-  // a voxel has a volume: the axes span it, if only by a thousandth of the box of their lengths
+  // the axes must span a voxel: at least a thousandth of the volume of the box of their lengths
   const double box = placing.axes.colwise().norm().prod();
   return box > 0 && std::abs(placing.axes.determinant()) > 1e-3 * box;
 }
@@ -237,7 +236,7 @@ Placing without_form(const Nifti& n) {
   return {Vector3d(n.pixdim[1], n.pixdim[2], n.pixdim[3]).cwiseAbs().asDiagonal(), Vector3d::Zero()};
 }
 
-// the largest distance between where two placings put a corner of the grid, in voxels of the first
+// the largest distance between a grid corner by two placings, in voxels of the first
 double disagreement(const Placing& a, const Placing& b, const Nifti& n) {
   double worst = 0;
   for (int corner = 0; corner < 8; ++corner) {
@@ -272,7 +271,7 @@ Result<Placing> placing_of(const std::string& path, const Nifti& n, std::vector<
     resize_axes(s->axes, *size);
   }
   if (s && q) {
-    // both are stored as float32; half a voxel apart is a different placing, not rounding
+    // both are stored as float32; half a voxel apart is more than rounding
     const double apart = disagreement(*s, *q, n);
     if ((s->axes.determinant() > 0) != (q->axes.determinant() > 0))
       return failure(
@@ -372,13 +371,13 @@ struct Writer {
   }
 };
 
-// The quaternion of a grid with orthogonal axes; sform says the same, for readers that prefer either.
+// Writes the qform of a grid with orthogonal axes. The sform is equal; readers prefer either.
 void put_qform(Writer& header, const Matrix3d& axes) {
   Matrix3d rotation = axes.colwise().normalized();
   const bool mirrored = rotation.determinant() < 0;
   if (mirrored) rotation.col(2) *= -1;
   Eigen::Quaterniond q(rotation);
-  if (q.w() < 0) q.coeffs() *= -1;  // the header has no place for w, which is taken as positive
+  if (q.w() < 0) q.coeffs() *= -1;  // the header omits w, which is taken as positive
   header.put<float>(76, mirrored ? -1.f : 1.f);
   header.put<std::int16_t>(252, 1);
   header.put<float>(256, static_cast<float>(q.x()));
@@ -408,7 +407,7 @@ Writer header_of(const Grid& grid, Scalar scalar, const std::string& recorded_qu
 
   const Matrix3d axes = ras_to_lps.asDiagonal() * grid.axes;  // its own inverse: LPS to RAS
   const Vector3d origin = ras_to_lps.cwiseProduct(grid.origin);
-  // float32 keeps seven digits, so a qform of axes that orthogonal says what the sform says
+  // float32 keeps seven digits: for axes this close to orthogonal, qform and sform agree
   if (shear(grid) < 1e-6) put_qform(header, axes);
   for (int r = 0; r < 3; ++r) {
     const auto row = 280 + 16 * static_cast<std::size_t>(r);

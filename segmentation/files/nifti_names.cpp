@@ -20,7 +20,7 @@ using Names = std::map<std::int64_t, std::string>;
 
 struct Table {
   Names names;
-  std::optional<std::int64_t> key;  // of the Label that is open
+  std::optional<std::int64_t> key;  // of the open Label element
   std::string text;
 };
 
@@ -66,7 +66,7 @@ Result<Names> names_in(const std::string& path, std::string_view xml) {
   return std::move(table.names);
 }
 
-// The first extension's content that has a table of labels; empty where none has.
+// The content of the first extension with a label table; empty if there is none.
 std::string_view label_table(std::string_view extensions, bool swap) {
   constexpr std::size_t head = 8;  // size and code
   if (extensions.size() < 4 || extensions[0] == 0) return {};

@@ -21,7 +21,7 @@
 namespace borelli {
 namespace {
 
-// more than any file has, and few enough for their bytes to be counted
+// more than any file has; the byte count still fits into 64 bits
 constexpr double most_voxels = 1e17;
 
 using Eigen::Matrix3d;
@@ -114,7 +114,7 @@ std::optional<Scalar> nrrd_scalar(std::string_view type) {
   return it->second;
 }
 
-// what else a segment is called: a person may rename it, its code and ID stay
+// a segment's other names: a person may rename it, but its code and ID stay
 std::vector<std::string> other_names_of(std::string_view name, std::string_view id, std::string_view tags) {
   std::vector<std::string> names = other_forms(name);
   if (auto coded = class_of_terms(terms_in_tags(tags)); !coded.empty()) names.push_back(std::move(coded));
@@ -134,7 +134,7 @@ Result<std::vector<ImageSegment>> segments_of(const std::string& path, const Nrr
       return it == nrrd.keys.end() ? std::string_view{} : trimmed(it->second);
     };
     if (key("ID").empty() && key("Name").empty() && key("LabelValue").empty()) return segments;
-    // versions without them keep a layer a segment, with ones in it
+    // older versions without these keys store one segment per layer, with value 1
     const auto value = numbers_in(key("LabelValue")), layer = numbers_in(key("Layer"));
     ImageSegment segment{std::string(key("Name")), value.empty() ? 1 : whole_number(value[0]),
                          layer.empty() ? std::min<std::int64_t>(n, layers - 1) : whole_number(layer[0]),
@@ -147,7 +147,7 @@ Result<std::vector<ImageSegment>> segments_of(const std::string& path, const Nrr
   }
 }
 
-// which of four axes is that of layers, in a file that names segments; the first or the last
+// the layer axis among four axes of a file that names segments: the first or the last
 std::optional<std::size_t> layer_axis(const Nrrd& nrrd, const std::vector<double>& sizes) {
   const bool has_segments = nrrd.keys.contains("Segment0_ID") || nrrd.keys.contains("Segment0_Name") ||
                             nrrd.keys.contains("Segment0_LabelValue");
@@ -158,7 +158,7 @@ std::optional<std::size_t> layer_axis(const Nrrd& nrrd, const std::vector<double
   return std::nullopt;
 }
 
-// which of the file's axes are the volume's three; axes of one sample beside them are left aside
+// the file's three spatial axes; other axes of one sample are ignored
 Result<std::vector<std::size_t>> volume_axes(const std::string& path, const std::vector<double>& sizes,
                                              std::string_view kinds, std::optional<std::size_t> layers) {
   for (const double size : sizes)
@@ -178,7 +178,7 @@ Result<std::vector<std::size_t>> volume_axes(const std::string& path, const std:
                                    sizes.size(), colours ? " (colours or vectors)" : ""));
 }
 
-// what turns the file's space into LPS; what is not known is taken as LPS, and said
+// signs that convert the file's space to LPS; an unknown space is taken as LPS, with a warning
 Vector3d to_lps(std::string_view space, std::vector<std::string>& warnings) {
   const std::string name = lower_case(space);
   if (name == "left-posterior-superior" || name == "lps") return {1, 1, 1};

@@ -14,7 +14,7 @@
 namespace borelli {
 namespace {
 
-// few enough voxels for 16-bit counts, of which a register holds the most
+// block length: counts fit into 16 bits, which a vector register holds the most of
 constexpr std::int64_t together = 1 << 15;
 
 BORELLI_VECTOR_CLONES
@@ -36,7 +36,7 @@ void count_block(const std::int16_t* at, std::int64_t count, ValueCounts& counts
     zero = static_cast<std::uint16_t>(zero + ((v >= -76) & (v <= 124)));
     raised = static_cast<std::uint16_t>(raised + ((v >= 824) & (v <= 1224)));
     beside = static_cast<std::uint16_t>(beside + (((v >= 424) & (v < 824)) | (v > 1224)));
-    // 12-bit CT numbers end at 3071, the value of metal
+    // 3072 and above: 12-bit CT numbers end at 3071, the value of metal
     wrapped =
         static_cast<std::uint16_t>(wrapped + (((v >= 3072) & (v <= 3196)) | ((v >= 7168) & (v <= 7292)) |
                                               ((v >= 15360) & (v <= 15484)) | ((v >= 31744) & (v <= 31868))));

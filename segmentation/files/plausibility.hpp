@@ -19,7 +19,7 @@ namespace borelli {
 struct ValueCounts {
   std::int16_t least = 0, greatest = 0;  ///< of all voxels, padding included
   // Set for CT numbers only:
-  std::int64_t seen = 0;           ///< all but padding
+  std::int64_t seen = 0;           ///< all except padding
   std::int64_t below_tissue = 0;   ///< below -200: air, lungs
   std::int64_t soft = 0;           ///< -200 to 200
   std::int64_t near_zero = 0;      ///< -76 to 124: air if 1000 or 1024 was added
@@ -41,18 +41,19 @@ inline constexpr double longest_scan = 3000;
 std::string doubt_of_size(const Grid& grid);
 
 /// A sentence about an impossible mass, volume or density of a body; empty: none. `volume` in m^3; `mass` in
-/// kg, 0: unknown. Of one that is not `whole` only too large a mass or volume is told.
+/// kg, 0: unknown. If the body is not `whole`, only too large a mass or volume is reported.
 std::string doubt_of_body(double volume, double mass = 0, bool whole = true);
 
 /// A part's share of an adult's mass: mean of men and women of de Leva (1996, J Biomech 29:1223, table 4).
-/// Infinite for what is no part.
+/// Infinite if `part` is not a part.
 double share_of_mass(std::string_view part);
 
-/// Volume of a part of a body of 250 kg whose parts have these shares, m^3; infinite for what is no part.
+/// Largest plausible volume of a part, m^3: its share (share_of_mass) of a body of 250 kg at the density of
+/// water. Infinite if `name` is not a part.
 double most_of_part(std::string_view name);
 
-/// A sentence without subject about a part of more than that, such as of a scan whose air is filled with
-/// something else; empty: none. `volume` in m^3.
+/// A sentence without subject if a part's volume exceeds most_of_part, e.g. because the scan's air was filled
+/// with other values; else empty. `volume` in m^3.
 std::string doubt_of_part(std::string_view name, double volume);
 
 }  // namespace borelli

@@ -36,19 +36,18 @@ std::string span_of(const ValueRange& r) {
   return "values from " + number(r.least) + " to " + number(r.greatest);
 }
 
-// Whole numbers of int32 that a volume's values all are, if so: voxels of at most 16 bits, scaled by whole
-// numbers. The loops over them are vectors, in contrast to those over doubles.
+// Whether all values are whole and fit int32: voxels of at most 16 bits, scaled by whole numbers. Loops over
+// them vectorise, those over doubles do not.
 bool are_whole(const StoredVoxels& voxels, double slope, double intercept) {
   const auto small = [](double x) { return x == std::floor(x) && std::abs(x) <= 16384; };
   return scalar_bytes(voxels.scalar) <= 2 && small(slope) && small(intercept);
 }
 
-// calls f(read, first, last), read(n) being the n-th voxel's value, for some voxels at a time, in memory
-// order
+// calls f(read, first, last) for blocks of voxels in memory order; read(n) is the n-th voxel's value
 template <class F>
 void each_block(const StoredVoxels& voxels, std::size_t first, std::size_t last, double slope,
                 double intercept, F&& f) {
-  constexpr std::size_t together = 1 << 15;  // what fits into a fast cache; and counts of them into 32 bits
+  constexpr std::size_t together = 1 << 15;  // a block fits into the L1 or L2 cache, its counts into 32 bits
   with_scalar(voxels.scalar, [&]<class T>(T) {
     const auto go = [&]<class Number>(Number times, Number plus) {
       const std::byte* const bytes = voxels.bytes();
@@ -68,7 +67,7 @@ void each_block(const StoredVoxels& voxels, std::size_t first, std::size_t last,
   });
 }
 
-// As value_range, of what are_whole: of the numbers as they are stored, whose order a slope keeps or turns.
+// As value_range, if are_whole: compares the stored numbers, whose order the slope keeps or reverses.
 template <class T>
 ValueRange whole_range(const StoredVoxels& voxels, double slope, double intercept, std::size_t first,
                        std::size_t last) {
@@ -77,7 +76,7 @@ ValueRange whole_range(const StoredVoxels& voxels, double slope, double intercep
     return static_cast<double>(static_cast<std::int32_t>(slope) * x + static_cast<std::int32_t>(intercept));
   };
   ValueRange all;
-  constexpr std::size_t together = 1 << 15;  // as in each_block; and counts of them into 16 bits
+  constexpr std::size_t together = 1 << 15;  // as in each_block; its counts fit into 16 bits
   for (std::size_t from = first; from < last; from += together) {
     const std::size_t to = std::min(from + together, last);
     T low = std::numeric_limits<T>::max(), high = std::numeric_limits<T>::min();
@@ -93,7 +92,7 @@ ValueRange whole_range(const StoredVoxels& voxels, double slope, double intercep
   return all;
 }
 
-// How many voxels lie where each reading expects them.
+// Numbers of voxels in the ranges that each quantity requires.
 struct Signs {
   std::size_t count = 0;
   std::size_t ct_air = 0, ct_soft = 0,
@@ -189,28 +188,27 @@ Result<QuantityReading> by_values(const std::string& path, const Signs& s, const
                            "; say --quantity hu, density_kgm3, density_gcm3, labels or mr");
 }
 
-// "in g/cm3 it is density_gcm3": what values that are refused as densities admit; empty where nothing is
-// clear
+// Which quantity the refused values may be, e.g. "in g/cm3 it is density_gcm3"; empty if unclear.
 std::string advice(const Signs& s, const ValueRange& r) {
   if (may_be_hu(s)) return "; in CT numbers it is hu";
   if (may_be_gcm3(s, r)) return "; in g/cm3 it is density_gcm3";
   if (may_be_labels(s, r)) return "; as a label map it is labels";
-  // a body in kg/m3, with interpolation's overshoot below 0
+  // a body in kg/m3; interpolation may overshoot below 0
   if (r.least >= -300 && r.greatest >= 100 && r.greatest <= 25000) return "; in kg/m3 it is density_kgm3";
   return "";
 }
 
-// values that contradict what they are said to be
+// refuses values that contradict the stated quantity
 Result<void> check(const std::string& path, FileQuantity q, const ValueRange& r,
                    const std::function<std::string()>& advised) {
   const auto refuse = [&](const std::string& why) {
     return bad_use(path, "cannot hold " + in_words(q) + ": " + why);
   };
-  // osmium, the densest matter, has 22.6 g/cm3; a body with any water has more than 100 kg/m3 somewhere
+  // osmium, the densest element, has 22.6 g/cm3; any body exceeds 100 kg/m3 somewhere
   if (q == FileQuantity::density_gcm3 && r.greatest > 25) return refuse(span_of(r) + advised());
   if (q == FileQuantity::density_kgm3 && r.greatest < 25) return refuse(span_of(r) + advised());
   if (q == FileQuantity::density_kgm3 && r.greatest > 25000) return refuse(span_of(r));
-  // interpolation overshoots a little below air's 0; CT numbers go to -1000
+  // interpolation may overshoot slightly below air's 0; CT numbers go down to -1000
   const double scale = q == FileQuantity::density_gcm3 ? 1 : 1000;
   if ((q == FileQuantity::density_kgm3 || q == FileQuantity::density_gcm3) && r.least < -0.3 * scale)
     return refuse(span_of(r) + ", and a density is not negative" + advised());
@@ -224,7 +222,7 @@ Result<void> check(const std::string& path, FileQuantity q, const ValueRange& r,
 
 struct Changes {
   std::size_t below = 0, above = 0, not_finite = 0, padding = 0;
-  std::size_t far_below = 0;  // part of `below`: lower than noise about air
+  std::size_t far_below = 0;  // part of `below`: lower than noise in air
 
   Changes& operator+=(const Changes& other) {
     below += other.below, above += other.above, not_finite += other.not_finite, padding += other.padding;
@@ -233,10 +231,9 @@ struct Changes {
   }
 };
 
-constexpr std::int32_t below_noise = -1100, far_below_air = -1500;  // of CT numbers
+constexpr std::int32_t below_noise = -1100, far_below_air = -1500;  // HU
 
-// The value that stands for what was not measured: one that no noise about air reaches, held by more voxels
-// than chance gives. NaN: there is none.
+// The padding value: lower than any noise in air, and more frequent than chance. NaN: none.
 double padding_of(const ValueRange& r) {
   constexpr double share = 1e-3;
   return r.least < below_noise && at_least(r.at_least, share, r.count)
@@ -244,8 +241,8 @@ double padding_of(const ValueRange& r) {
              : std::numeric_limits<double>::quiet_NaN();
 }
 
-// How whole numbers of 16 bits become others: times (stored & mask) + plus, kept from `least` to 32767, and
-// padding_hu where that is `unseen`.
+// Conversion of 16-bit whole numbers: times * (stored & mask) + plus, clamped from `least` to 32767; the
+// value `unseen` becomes padding_hu.
 struct Whole {
   std::int32_t mask, times, plus, least, unseen;
 };
@@ -274,7 +271,7 @@ Changes convert_whole(std::int16_t* at, std::int64_t count, const Whole& whole) 
   return changes;
 }
 
-// As convert, of what are_whole: `low` and what is no NaN of `padding` are whole, too.
+// As convert, if are_whole: `low`, and `padding` unless NaN, are whole too.
 template <class T>
 Changes convert_whole(std::vector<std::int16_t>& storage, std::size_t count, double slope, double intercept,
                       double low, double padding) {
@@ -283,7 +280,7 @@ Changes convert_whole(std::vector<std::int16_t>& storage, std::size_t count, dou
       .times = static_cast<std::int32_t>(slope),
       .plus = static_cast<std::int32_t>(intercept),
       .least = static_cast<std::int32_t>(low),
-      // (no value is as large)
+      // (larger than any value)
       .unseen =
           std::isnan(padding) ? std::numeric_limits<std::int32_t>::max() : static_cast<std::int32_t>(padding),
   };
@@ -298,7 +295,7 @@ Changes convert_whole(std::vector<std::int16_t>& storage, std::size_t count, dou
   return changes;
 }
 
-// int16 of each value, written over the bytes that held them all
+// converts each value to int16, in place of the stored bytes
 template <class T>
 Changes convert(std::vector<std::int16_t>& storage, std::size_t count, double slope, double intercept,
                 double low, std::int16_t fill, double padding) {
@@ -321,8 +318,8 @@ Changes convert(std::vector<std::int16_t>& storage, std::size_t count, double sl
     }
     std::memcpy(bytes + 2 * at, &out, 2);
   };
-  // a result never overtakes what is still to be read: backwards where voxels grow, else forwards, each
-  // slab to its own beginning, from where it is moved to its place
+  // No result overwrites unread values. If voxels grow, conversion runs backwards. Else each slab is written
+  // forwards from its own start, then moved into place.
   Changes changes;
   if constexpr (sizeof(T) < 2) {
     for (std::size_t n = count; n-- > 0;) one(n, n, changes);
@@ -346,8 +343,7 @@ Changes convert(std::vector<std::int16_t>& storage, std::size_t count, double sl
   return changes;
 }
 
-// MR has no scale of its own: where its values are too small or too large for whole numbers of int16, they
-// are stretched
+// MR has no calibrated scale: values too small or too large for int16 are rescaled
 double mr_scale(const ValueRange& r) {
   const double most = std::max(std::abs(r.least), std::abs(r.greatest));
   if (most == 0 || (most <= 32767 && (r.fractional == 0 || most >= 1000))) return 1;
@@ -414,7 +410,7 @@ ValueRange value_range(const StoredVoxels& voxels, double slope, double intercep
     return with_scalar(voxels.scalar, [&]<class T>(T) {
       if constexpr (std::is_integral_v<T> && sizeof(T) <= 2)
         return whole_range<T>(voxels, slope, intercept, first, last);
-      return ValueRange{};  // (are_whole says no of others)
+      return ValueRange{};  // (not reached: are_whole is false for other types)
     });
   double least = std::numeric_limits<double>::infinity(), greatest = -least;
   ValueRange r;
@@ -488,7 +484,7 @@ std::vector<std::int16_t> to_int16(StoredVoxels voxels, double slope, double int
   const Changes changes = with_scalar(voxels.scalar, [&]<class T>(T) {
     if (std::is_same_v<T, std::int16_t> && slope == 1 && intercept == 0 && range.least >= low &&
         std::isnan(padding))
-      return Changes{};  // they are what they are to become
+      return Changes{};  // already the result
     if constexpr (std::is_integral_v<T> && sizeof(T) == 2)
       if (are_whole(voxels, slope, intercept))
         return convert_whole<T>(voxels.storage, voxels.count, slope, intercept, low, padding);

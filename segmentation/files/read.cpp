@@ -31,7 +31,7 @@ bool is_dicom_slice(const std::string& path) {
   return elements && *elements;
 }
 
-// mm: no unit makes that of a voxel of a body
+// mm: no unit error makes a body's voxel this large
 constexpr double largest_voxel = 1e5;
 
 Result<ScannedVolume> read_file(const std::string& path, const ReadOptions& options) {
@@ -96,7 +96,7 @@ Result<ImageHeader> read_image_header(const std::string& path) {
   auto header = header_by_ending(path);
   if (!header) return header;
   if (header->header_file.empty()) header->header_file = path;
-  // a voxel has a volume: its axes span it, if only by a thousandth of the box of their lengths
+  // the axes must span a voxel: at least a thousandth of the volume of the box of their lengths
   const double box = header->grid.spacing().prod();
   if (!header->grid.axes.allFinite() || !header->grid.origin.allFinite() ||
       !(header->grid.voxel_volume() > 1e-3 * box))

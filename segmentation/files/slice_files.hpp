@@ -14,8 +14,8 @@ bool names_follow(std::string_view field);
 
 /// The files that `field` of the header at `path` names, in the order of their slices. "LIST" stands for the
 /// names in `lines`, "slice%03d.raw 1 64 1" for numbered files (first number, last, step), any other text for
-/// one file. Names are relative to the header's folder.
-/// Errors: a malformed pattern; a file that is not there; `slices` is no multiple of the number of files.
+/// one file. Names are relative to the header's folder. Errors: a malformed pattern; a missing file; `slices`
+/// is not a multiple of the number of files.
 Result<std::vector<std::string>> named_files(const std::string& path, std::string_view field,
                                              const std::vector<std::string>& lines, std::int64_t slices);
 

@@ -79,7 +79,8 @@ Evenness evenness(const std::vector<double>& along, double text) {
     e.index = std::move(index);
     e.step = fitted_line(e.index, along).slope;
   }
-  // Coarse text counts up to a fifth of the step: from a quarter on, a missing slice could hide in it.
+  // Coarse decimals are allowed up to a fifth of the step: from a quarter on, they could hide a missing
+  // slice.
   const double allowed = std::max({rounding, 0.05 * e.step, std::min(1.001 * text, 0.2 * e.step)});
   e.even = least_distance(e.index, along, e.step) <= allowed;
   return e;
@@ -108,8 +109,8 @@ std::pair<double, double> aside_of_line(const std::vector<DicomSlice>& slices,
   return {worst, std::max(rounding, 0.1 * slices.front().column_spacing) + 2 * text_rounding(slices).norm()};
 }
 
-// Notes fields that contradict the slice spacing by the positions. Slices may overlap or leave gaps, but no
-// scanner makes them 8 times as thick as their spacing, or a fifteenth.
+// Notes fields that contradict the slice spacing of the positions. Slices may overlap or leave gaps, but no
+// scanner makes them thicker than 8 times, or thinner than a fifteenth of, their spacing.
 void say_contradictions(const SliceStack& stack, std::vector<std::string>& notes) {
   const Vector3d step = stack.grid.axes.col(2);
   const auto& slices = stack.slices;

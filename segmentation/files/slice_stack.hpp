@@ -1,9 +1,9 @@
-// Slices in order: their grid, and whether they are evenly spaced.
+// Sorts slices, makes their grid and checks that they are evenly spaced.
 //
-// Positions are ordered along the normal of the slices. Neighbours may also be shifted sideways, as behind a
-// tilted gantry: the third axis of the grid is the true step from slice to slice, so that a tilt is a shear
-// of the grid, not an error in it. Positions are rounded decimals: the grid follows the straight line that
-// fits them best, and slices are even if each position lies on it within its rounding.
+// Slices are sorted by position along their normal. Neighbours may also be shifted sideways, as with a tilted
+// gantry. The third axis of the grid is the true step from slice to slice, so that a tilt shears the grid.
+// Positions are rounded decimals: the grid follows the straight line of best fit. Slices are even if each
+// position lies on this line within its rounding error.
 #pragma once
 
 #include <cstdint>

@@ -25,7 +25,7 @@ std::vector<std::string> split_at(std::string_view text, char by) {
   return words;
 }
 
-// "left", "right" or nothing; by meaning, since SNOMED CT, SRT and FMA have codes of their own for it
+// "left", "right" or empty. Falls back to the meaning, because SNOMED CT, SRT and FMA use different codes.
 std::string side_of(const CodedTerm& term) {
   if (term.value == "7771000" || term.value == "G-A101") return "left";
   if (term.value == "24028007" || term.value == "G-A100") return "right";
@@ -63,7 +63,7 @@ std::string class_of_terms(const SegmentTerms& terms) {
   std::vector<std::string> whats;
   if (terms.type.scheme == "SCT" || terms.type.scheme == "SRT") whats.push_back(terms.type.value);
   whats.push_back(plain_name(terms.type.meaning));
-  // a region beside the type is where it lies (a cyst of the kidney); most classes need none
+  // the region says where the type lies (a cyst of the kidney); most classes need none
   for (const std::string& region : {terms.region.value, std::string()})
     for (const std::string& what : whats) {
       if (what.empty()) continue;

@@ -1,7 +1,6 @@
-// Coded terminology of a segment: the class that a code of SNOMED CT (or its meaning in words) and a side
-// name.
+// Maps a segment's coded terminology to a class: a SNOMED CT code (or its meaning in words) and a side.
 //
-// DICOM PS3.3, C.8.20.4 (Segmented Property Type, its modifier, Anatomic Region); 3D Slicer writes the same
+// DICOM PS3.3, C.8.20.4 (Segmented Property Type, its modifier, Anatomic Region). 3D Slicer writes the same
 // into a segment's tags (slicer.readthedocs.io, developer guide, Segmentations, "TerminologyEntry").
 #pragma once
 
@@ -11,7 +10,7 @@
 
 namespace borelli {
 
-/// A code as DICOM and Slicer have it.
+/// A code as in DICOM and 3D Slicer.
 struct CodedTerm {
   std::string scheme;   ///< SCT, SRT, FMA, ...
   std::string value;    ///< 71341001
@@ -22,14 +21,13 @@ struct SegmentTerms {
   CodedTerm type, modifier, region, region_modifier;
 };
 
-/// The class of data/terminology.tsv that the terms name (femur_left); empty where they name none.
+/// The class of data/terminology.tsv that the terms name (femur_left); empty if there is none.
 std::string class_of_terms(const SegmentTerms& terms);
 
-/// The terms in a segment's tags ("TerminologyEntry:...~SCT^...^...~...|..."); empty ones where there are
-/// none.
+/// The terms in a segment's tags ("TerminologyEntry:...~SCT^...^...~...|..."); empty terms if absent.
 SegmentTerms terms_in_tags(std::string_view tags);
 
-/// Other forms of a segment's name: its side at the end ("Left femur" is femur_left).
+/// Other forms of a segment's name, with the side moved to the end ("Left femur" becomes "femur_left").
 std::vector<std::string> other_forms(std::string_view name);
 
 }  // namespace borelli

@@ -16,7 +16,7 @@ class TextNumbers {
   TextNumbers(std::string path, ByteSource& source, Scalar scalar);
 
   /// Fills `target` with the next numbers as the scalar type, in the machine's byte order. Returns the bytes
-  /// filled, fewer than asked only at the end of the text. Errors: a word that is no number of that type.
+  /// filled, fewer than asked only at the end of the text. Errors: a word that is not a number of that type.
   Result<std::size_t> read(std::span<std::byte> target);
 
  private:

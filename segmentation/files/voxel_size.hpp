@@ -14,7 +14,7 @@ namespace borelli {
 struct SizeField {
   std::string name;      ///< as the format calls it
   Eigen::Vector3d size;  ///< lengths along the three axes; not positive: not given
-  /// The field may rightly differ, as slice thickness does from slice spacing. It has half a vote.
+  /// The field may differ without error, as slice thickness does from slice spacing. It has half a vote.
   bool may_differ = false;
 };
 

@@ -9,8 +9,8 @@
 namespace borelli {
 
 /// Voxels as int16; the quantity is recorded in the header, so that read_volume needs no --quantity. NIfTI
-/// keeps the grid in float32 (seven digits), NRRD and MetaImage in full. Errors: unknown ending, path not
-/// writable, disk full, a sheared grid as MetaImage.
+/// stores the grid as float32 (seven digits), NRRD and MetaImage at full precision. Errors: unknown
+/// extension, path not writable, disk full, a sheared grid as MetaImage.
 Result<void> write_volume(const std::string& path, const GreyVolume& volume);
 
 /// Voxels as uint8, and beside them the names as TSV (names_file in read.hpp). Errors as write_volume.

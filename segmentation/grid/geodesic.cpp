@@ -11,22 +11,22 @@ namespace borelli {
 
 namespace {
 
-// The 27 steps to a voxel's neighbours and to itself, in memory's order: step 9 c + 3 b + a is to
-// (a, b, c) - (1, 1, 1).
+// The 27 steps to a voxel's neighbours and to itself, in memory order: step 9 c + 3 b + a leads by (a, b, c)
+// - (1, 1, 1).
 constexpr int steps_to_all = 27;
 
 std::ptrdiff_t offset_of(int step, const Grid& g) {
   return ((step / 9 - 1) * g.size[1] + step / 3 % 3 - 1) * g.size[0] + step % 3 - 1;
 }
 
-// Three neighbours beside each other in memory, looked at together; the fourth of each is left out.
+// Three neighbours adjacent in memory, processed together; the fourth lane is unused.
 typedef float Four __attribute__((vector_size(16)));
 typedef std::int32_t FourWords __attribute__((vector_size(16)));
 
 struct Row {
-  std::ptrdiff_t offset;  // of its first one
+  std::ptrdiff_t offset;  // of its first neighbour
   Four half;              // half of each step's length, mm
-  FourWords bit;          // one for each, but none for the place itself
+  FourWords bit;          // one per step, but none for the voxel itself
 };
 
 std::array<Row, 9> rows_about(const Grid& g) {
@@ -42,12 +42,13 @@ std::array<Row, 9> rows_about(const Grid& g) {
   return rows;
 }
 
-// Follows ways among the voxels of some of the grid's columns (i from `first` to before `last`), given where
-// some begin; a place whose way becomes shorter is gone on from again, so that it may be called anew with
-// ways that come from other columns.
+// Follows paths within some of the grid's columns (i from `first` to before `last`), from given starts. A
+// voxel whose path becomes shorter is expanded again, so `follow` may be called again with paths that come
+// from other columns.
 class Ways {
  public:
-  /// Owners, and by which step each place is reached (null: not asked for), are kept up beside the lengths.
+  /// Updates owners, and the step by which each voxel is reached (null: not recorded), along with the
+  /// lengths.
   Ways(Places& places, float longest, std::uint8_t* owner, std::uint8_t* by_step, std::int64_t first,
        std::int64_t last)
       : places_(places),
@@ -56,7 +57,7 @@ class Ways {
         owner_(owner),
         by_step_(by_step),
         longest_(longest),
-        // buckets as wide as the cheapest step: what is taken from the lowest one is final, save for rounding
+        // buckets as wide as the cheapest step: paths from the lowest bucket are final up to rounding
         width_(std::max(1e-6F, places.cheapest * static_cast<float>(places.grid.axes.col(0).norm()))),
         first_(first),
         last_(last),
@@ -66,7 +67,7 @@ class Ways {
       offset_[static_cast<std::size_t>(step)] = offset_of(step, grid_);
   }
 
-  /// Says that a way to a voxel in reach is as long, by whichever step.
+  /// Starts a path at a voxel, with this length so far and this last step.
   void begin(std::size_t to, float length, std::uint8_t label, std::uint8_t step) {
     place_[to].length = length;
     push({static_cast<std::uint32_t>(to), length, label, step});
@@ -75,7 +76,7 @@ class Ways {
   void follow() {
     for (std::size_t b = 0; b < buckets_.size(); ++b) {
       for (std::size_t n = 0; n < buckets_[b].size(); ++n) {
-        constexpr std::size_t ahead = 4;  // whose neighbours are fetched in the meantime
+        constexpr std::size_t ahead = 4;  // prefetch the neighbours of this later entry
         if (n + ahead < buckets_[b].size())
           for (const Row& row : rows_) __builtin_prefetch(place_ + buckets_[b][n + ahead].to + row.offset);
         const Way way = buckets_[b][n];
@@ -90,7 +91,7 @@ class Ways {
   }
 
  private:
-  // a way to a voxel; passed over if a shorter one was found after it
+  // A path to a voxel; skipped if a shorter one was found later.
   struct Way {
     std::uint32_t to;
     float length;
@@ -114,7 +115,7 @@ class Ways {
         all_there
             ? nearer(way, length, [&](std::ptrdiff_t from) { return place_ + from; })
             : nearer(way, length, [&, some = std::array<Places::Place, 4>()](std::ptrdiff_t from) mutable {
-                some = {};  // closed, where there are none in reach
+                some = {};  // closed if out of reach
                 for (std::ptrdiff_t a = 0; a < 3; ++a)
                   if (i - 1 + a >= first_ && i - 1 + a < last_ && from + a >= 0 && from + a < count_)
                     some[static_cast<std::size_t>(a)] = place_[from + a];
@@ -140,8 +141,8 @@ class Ways {
     return steps;
   }
 
-  /// The steps by which a neighbour is nearer than it was, as bits, and how near by each. `places_from`:
-  /// where four places beside each other can be read, given the first one's offset.
+  /// Steps by which a neighbour's path becomes shorter, as bits, and `length` of each such path.
+  /// `places_from`: pointer to four adjacent places, given the first one's offset.
   template <class PlacesFrom>
   std::uint32_t nearer(const Way& way, std::array<Four, 9>& length, PlacesFrom&& places_from) const {
     const float cost_here = place_[way.to].cost;
@@ -172,14 +173,14 @@ class Ways {
   std::vector<std::vector<Way>> buckets_;  // by length
 };
 
-/// Owners, and by which step each is reached (of as many voxels; null: not asked for), at seeds `at_seed`;
-/// lengths where there is an owner stay in `places`.
+/// Owners, from cheapest paths. `by_step` (one per voxel; null: not recorded): the step by which each voxel
+/// is reached, `at_seed` at seeds. The lengths of voxels with an owner stay in `places`.
 Volume<std::uint8_t> follow_ways(Places& places, const Volume<std::uint8_t>& seeds, float longest,
                                  std::uint8_t* by_step, std::uint8_t at_seed) {
   const auto& g = places.grid;
   Volume<std::uint8_t> owner{g, std::vector<std::uint8_t>(g.count(), 0)};
-  // Of a large volume both halves at once, and then from either what is nearer by way of it in the other: of
-  // a body that lies along the grid few ways cross its middle.
+  // Splits a large volume into halves that run in parallel, then expands the paths that cross the middle. For
+  // a body along the grid few paths do.
   constexpr std::size_t large = 1 << 20;
   const std::int64_t nx = g.size[0], rows = g.size[1] * g.size[2],
                      middle = nx < 2 || g.count() < large ? nx : nx / 2;
@@ -219,7 +220,7 @@ Geodesic geodesic(Places places, const Volume<std::uint8_t>& seeds, bool keep_wa
   Geodesic out;
   if (keep_ways) out.step_.resize(g.count());
   out.owner = follow_ways(places, seeds, longest, keep_ways ? out.step_.data() : nullptr, Geodesic::at_seed);
-  // lengths move to the front of where costs lay beside them, and the rest is given back
+  // moves the lengths to the front of the memory that they shared with the costs, and frees the rest
   auto* const memory = reinterpret_cast<unsigned char*>(places.place.release());
   for (std::size_t o = 0; o < g.count(); ++o)
     if (out.owner.voxels[o])

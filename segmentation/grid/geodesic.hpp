@@ -1,4 +1,4 @@
-// Shortest ways through a volume whose places differ in how dear they are to cross.
+// Shortest paths through a volume whose voxels differ in cost.
 #pragma once
 
 #include <algorithm>
@@ -19,22 +19,21 @@ namespace borelli {
 
 inline constexpr float no_way = std::numeric_limits<float>::infinity();
 
-/// What ways may enter. Cost and length are looked at together, side by side; as memory comes from the
-/// system, all is closed: what is not entered is not even written.
+/// Cost of each voxel that paths may enter. Cost and length lie side by side, since both are read together.
+/// The memory comes zeroed from the system, that is closed: voxels that stay closed are never written.
 struct Places {
   struct Place {
-    float cost;    ///< 0: not to be entered
-    float length;  ///< so far
+    float cost;    ///< 0: closed
+    float length;  ///< of the best path so far
   };
   struct Free {
     void operator()(void* memory) const { std::free(memory); }
   };
   Grid grid;
-  int threads;  ///< that ways may be followed by; 0: as many as the machine has
+  int threads;  ///< number of threads; 0: all of the machine's
   std::unique_ptr<Place[], Free> place;
   float cheapest = no_way;
-  /// Of each voxel, by offset: only seeds of these kinds (bits) may reach it; 0: any may. Null: any may reach
-  /// all.
+  /// By voxel offset: bit set of the seed kinds that may enter; 0: any. Null: any seed may enter any voxel.
   const std::uint8_t* kind = nullptr;
   std::array<std::uint8_t, 32> kind_of_seed{};  ///< by label, one bit
 
@@ -42,7 +41,7 @@ struct Places {
     return !kind || kind[o] == 0 || (kind[o] & kind_of_seed[label]);
   }
 
-  /// Costs by offset, asked for by `of_threads`.
+  /// `cost_at(offset)` gives each cost, no_way if closed; called in `of_threads` threads.
   template <class Cost>
   Places(const Grid& of, int of_threads, const Cost& cost_at)
       : grid(of),
@@ -66,44 +65,44 @@ struct Places {
       : Places(cost.grid, of_threads, [&](std::size_t o) { return cost.voxels[o]; }) {}
 };
 
-/// Cheapest ways from labelled seeds.
+/// Cheapest paths from labelled seeds.
 class Geodesic {
  public:
-  Volume<std::uint8_t> owner;  ///< label of the seed at the way's start, 0 where there is none
+  Volume<std::uint8_t> owner;  ///< label of the seed at the path's start, 0 if unreached
 
-  /// Cost of the cheapest way from a seed to the voxel at an offset, no_way where there is none.
+  /// Cost of the cheapest path from a seed to the voxel at an offset, no_way if unreached.
   float length(std::size_t o) const { return owner.voxels[o] ? length_[o] : no_way; }
   float length(std::int64_t i, std::int64_t j, std::int64_t k) const {
     return length(owner.grid.offset(i, j, k));
   }
-  /// Says that the way to a voxel begins there, however long it was before.
+  /// Makes the voxel a start of paths, with this label and length.
   void begin_at(std::size_t o, std::uint8_t label, float length) {
     owner.voxels[o] = label, length_[o] = length;
     if (!step_.empty()) step_[o] = at_seed;
   }
-  /// Takes over owners and lengths of the voxels that are nearer to the other's seeds; not the ways there.
+  /// Takes over owners and lengths of the voxels that are nearer to the other's seeds; not the paths.
   void take_nearer(const Geodesic& other);
-  /// Takes over the other's ways, of whatever length.
+  /// Takes over the other's paths, whatever their lengths.
   void take_ways(Geodesic&& other) { step_ = std::move(other.step_); }
-  /// The way from a seed to the voxel at offset `to`, the seed first, where ways were kept. Where ways from
-  /// two seeds are equally long but for rounding, it may begin at the one that is not the owner.
+  /// Offsets along the path from a seed to the voxel `to`, the seed first; needs kept paths. If paths from
+  /// two seeds are equally long up to rounding, it may begin at the one that is not the owner.
   std::vector<std::uint32_t> way_to(std::uint32_t to) const;
 
  private:
   friend Geodesic geodesic(Places, const Volume<std::uint8_t>&, bool, float);
-  static constexpr std::uint8_t at_seed = 13;  // of 27 steps, the one to where it began
+  static constexpr std::uint8_t at_seed = 13;  // the one of the 27 steps that marks a path's start
 
-  std::unique_ptr<float[], Places::Free> length_;  // where there is an owner
-  std::vector<std::uint8_t> step_;                 // the way's last one; empty: ways were not kept
+  std::unique_ptr<float[], Places::Free> length_;  // valid where there is an owner
+  std::vector<std::uint8_t> step_;                 // last step of each path; empty: paths were not kept
 };
 
-/// Dijkstra's cheapest ways from labelled seeds (label > 0) over the 26 neighbours of each voxel of an
-/// isotropic grid, in a bucket queue (Dial 1969, CACM 12:632). A step costs its length in mm times the mean
-/// of the costs (more than 0) at its two ends; places of infinite cost are not entered. Ways longer than
+/// Dijkstra's cheapest paths from labelled seeds (label > 0) over the 26 neighbours of each voxel of an
+/// isotropic grid, with a bucket queue (Dial 1969, CACM 12:632). A step costs its length in mm times the mean
+/// of the costs (more than 0) at its two ends; voxels of infinite cost are closed. Paths longer than
 /// `longest` are not followed.
 Geodesic geodesic(Places places, const Volume<std::uint8_t>& seeds, bool keep_ways, float longest = no_way);
 
-/// Its owners alone.
+/// The owners of `geodesic` alone.
 Volume<std::uint8_t> nearest_seeds(Places places, const Volume<std::uint8_t>& seeds, float longest = no_way);
 
 }  // namespace borelli

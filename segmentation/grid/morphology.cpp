@@ -9,7 +9,7 @@
 namespace borelli {
 namespace {
 
-// The least whole number d for which h sqrt(d) >= reach, and no more than fits.
+// The least integer d with h sqrt(d) >= reach, at most 1e9.
 std::uint32_t cap_for(double reach, double h) {
   const auto least = static_cast<float>(reach);
   const double about = std::min(reach / h * (reach / h), 1e9);
@@ -38,7 +38,7 @@ Volume<Out> map_squares(const Mask& mask, std::uint32_t cap, const DistanceOptio
   return mapped<Out>(squared_distances(mask, cap, options), options.threads, map);
 }
 
-// 1 where the distance is within the radius, or where it is not
+// 1 where the distance is within the radius (`beyond`: where it is not)
 Mask within(const Mask& mask, double radius, bool beyond, const DistanceOptions& options) {
   const double h = mask.grid.axes.col(0).norm();
   const auto r = static_cast<float>(radius);

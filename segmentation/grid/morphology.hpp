@@ -1,7 +1,7 @@
-// Binary masks on an isotropic grid: distances, growth, connected regions.
+// Binary masks on an isotropic grid: distances, erosion and dilation, connected regions.
 //
-// Erosion and dilation are by balls, as thresholds of the exact Euclidean distance map (Felzenszwalb &
-// Huttenlocher 2012, Theory of Computing 8:415), so their radius is in mm and not in voxels.
+// Erosion and dilation use balls, as thresholds of the exact Euclidean distance map (Felzenszwalb &
+// Huttenlocher 2012, Theory of Computing 8:415). So their radius is in mm and not in voxels.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,12 +20,13 @@ namespace borelli {
 
 using Mask = Volume<std::uint8_t>;  ///< 0 or 1
 
-/// 1 where holds(offset).
+/// Mask that is 1 where holds(offset).
 template <class Holds>
 Mask where(const Grid& grid, const Holds& holds) {
   Mask out{grid, std::vector<std::uint8_t>(grid.count())};
   in_slabs(std::ssize(out.voxels), 0, [&](std::int64_t first, std::int64_t last) {
-    // bytes of our own first: any other might be what is looked at, which would be read anew each time
+    // Fill a local buffer first: the compiler must assume that writes to bytes of `out` may alias what
+    // `holds` reads.
     std::array<std::uint8_t, 4096> some;
     while (first < last) {
       const std::int64_t count = std::min(last - first, std::ssize(some));
@@ -38,7 +39,7 @@ Mask where(const Grid& grid, const Holds& holds) {
   return out;
 }
 
-/// Distances in mm, each kept as the square of its number of voxels, in two bytes.
+/// Distances in mm, each stored in two bytes as its square in voxels.
 struct Distances {
   Grid grid;
   std::vector<std::uint16_t> squares;  ///< grid.count(), i fastest
@@ -52,9 +53,9 @@ struct Distances {
   float at(std::int64_t i, std::int64_t j, std::int64_t k) const { return (*this)[grid.offset(i, j, k)]; }
 };
 
-/// Distance in mm from each voxel centre to the nearest set voxel's centre (0 on set voxels). Voxels that are
-/// farther than `reach`, or 256 voxels off or more, hold `reach`. The grid must be isotropic and orthogonal.
-/// What lies outside the grid counts as `outside_is_set` says.
+/// Distance in mm from each voxel centre to the nearest set voxel's centre (0 on set voxels). Voxels farther
+/// than `reach`, or 256 voxels away or more, get `reach`. The grid must be isotropic and orthogonal.
+/// `outside_is_set`: voxels outside the grid count as set.
 Distances distance_to(const Mask& mask, double reach, bool outside_is_set = false, int threads = 0);
 /// Voxels whose distance to the mask's complement exceeds `radius` mm; outside the grid is complement unless
 /// `outside_is_set`.
@@ -69,7 +70,7 @@ struct Region {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();         ///< mean of the voxel indices
 };
 
-/// A number of each voxel, in memory that nothing clears before it is written.
+/// A number per voxel, in memory that is not initialised.
 struct RegionNumbers {
   Grid grid;
   std::unique_ptr<std::int32_t[]> voxels;  ///< grid.count(), i fastest
@@ -87,7 +88,7 @@ struct Regions {
 /// Connected regions of a mask, neighbours by faces (6) or by faces, edges and corners (26).
 Regions connected_regions(const Mask& mask, int neighbours = 26, int threads = 0);
 
-/// Those of a mask's regions that `keep` says so of, given each and the largest.
+/// The regions of a mask for which keep(region, largest region) is true.
 Mask kept_regions(const Mask& mask, int neighbours,
                   const std::function<bool(const Region& region, const Region& largest)>& keep);
 

@@ -19,7 +19,7 @@ double estimate_noise(const GreyVolume& volume, const LabelMap& labels) {
       seen.push_back(std::abs(volume.voxels[o - 1] - 2 * volume.voxels[o] + volume.voxels[o + 1]));
     }
   }
-  // where tissues meet the differences are large: those beyond three deviations are left out, until none is
+  // differences are large where tissues meet: excludes those beyond three deviations until none is left
   double noise = 0;
   for (int round = 0; round < 10; ++round) {
     if (seen.size() < 100) return 0;

@@ -7,9 +7,9 @@
 
 #include "segmentation/grid/morphology.hpp"
 
-// Regions are joined run by run: a run is a row's voxels [first, last) of the mask without a gap, and those
-// that touch in neighbouring rows belong together (He, Chao & Suzuki 2008, IEEE Trans Image Process 17:749):
-// slabs of slices by themselves first, then where two slabs meet.
+// Regions are joined by runs: a run is a gapless stretch [first, last) of the mask in a row. Runs that touch
+// in neighbouring rows belong together (He, Chao & Suzuki 2008, IEEE Trans Image Process 17:749). Slabs of
+// slices are joined within themselves first, then across their borders.
 
 namespace borelli {
 namespace {
@@ -18,10 +18,10 @@ struct Run {
   std::int32_t first, last;
 };
 
-// every run of a mask, and where each row's begin in the list
+// all runs of a mask, and the index of each row's first run
 struct Runs {
   std::vector<Run> list;
-  std::vector<std::size_t> row;  // row[j + ny k], and the list's end
+  std::vector<std::size_t> row;  // row[j + ny k], and the list's size at the end
 
   Runs(const Mask& mask, int threads) {
     const std::int64_t nx = mask.grid.size[0], rows = mask.grid.size[1] * mask.grid.size[2];
@@ -68,20 +68,20 @@ struct Runs {
   }
 };
 
-// sets of runs, each known by the least of its runs
+// disjoint sets of runs, each represented by its run of least index
 class Sets {
  public:
   explicit Sets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0U); }
 
-  // (what is joined in several threads must be of runs apart)
+  // parallel calls must concern disjoint sets
   void join(std::size_t a, std::size_t b) {
     const std::uint32_t x = of(a), y = of(b);
     parent_[std::max(x, y)] = std::min(x, y);
   }
 
-  // by run: the least of its set's
+  // by run: the least run of its set
   std::vector<std::uint32_t> least() && {
-    for (std::uint32_t& parent : parent_) parent = parent_[parent];  // which lies before it
+    for (std::uint32_t& parent : parent_) parent = parent_[parent];  // the parent is resolved already
     return std::move(parent_);
   }
 
@@ -95,7 +95,7 @@ class Sets {
   std::vector<std::uint32_t> parent_;
 };
 
-// joins the runs of two rows that overlap, or lie no more than `gap` apart along the row
+// joins the runs of two rows that overlap (gap 0) or also touch at corners (gap 1)
 void join_rows(const Runs& runs, std::int64_t row, std::int64_t other, std::int32_t gap, Sets& sets) {
   const std::size_t *const of_row = runs.row.data() + row, *const of_other = runs.row.data() + other;
   std::size_t a = of_row[0], b = of_other[0];
@@ -108,7 +108,7 @@ void join_rows(const Runs& runs, std::int64_t row, std::int64_t other, std::int3
 
 enum class Touch { faces_in_slice, faces, corners };
 
-// By run: the least run of all that are connected with it.
+// By run: the least run of its connected region.
 std::vector<std::uint32_t> joined(const Runs& runs, const Grid& grid, Touch touch, int threads) {
   const std::int64_t ny = grid.size[1], nz = grid.size[2];
   const bool corners = touch == Touch::corners;
@@ -136,7 +136,7 @@ std::vector<std::uint32_t> joined(const Runs& runs, const Grid& grid, Touch touc
   return std::move(sets).least();
 }
 
-// Calls visit(row, run's index) for each run, rows in slabs.
+// Calls visit(row, run's index) for each run; slabs of rows in parallel.
 template <class Visit>
 void each_run(const Runs& runs, int threads, const Visit& visit) {
   in_slabs(std::ssize(runs.row) - 1, threads, [&](std::int64_t first, std::int64_t last) {
@@ -156,7 +156,7 @@ Mask mask_of(const Grid& grid, const Runs& runs, int threads, const Value& value
   return out;
 }
 
-// The runs of the sets of which some run is a `start`.
+// The sets that contain a run for which start(row, run) is true.
 template <class Start>
 Mask sets_with(const Mask& mask, Touch touch, const Start& start) {
   const Runs runs(mask, 0);
@@ -183,7 +183,7 @@ RunsOfRegions runs_of_regions(const Mask& mask, int neighbours, int threads) {
   const std::vector<std::uint32_t> set =
       joined(runs, mask.grid, neighbours == 26 ? Touch::corners : Touch::faces, threads);
 
-  auto& number = out.number;  // first in the order of the regions' first voxels
+  auto& number = out.number;  // numbered at first in the order of the regions' first voxels
   number.resize(runs.list.size());
   std::vector<Region> found;
   for (std::int64_t k = 0; k < nz; ++k)

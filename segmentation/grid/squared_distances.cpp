@@ -11,20 +11,20 @@
 namespace borelli {
 namespace {
 
-// Neighbouring lines side by side, as many as there is room for in a line of the cache, one lane each.
+// Adjacent lines side by side, one lane each, as many as fit into a cache line.
 template <class Word>
 struct alignas(64) Row {
   static constexpr std::int64_t lanes = 64 / sizeof(Word);
   Word at[lanes];
 };
 
-// lines of `n` voxels, `stride` apart in memory, `count` of them beside each other (at most Row::lanes)
+// `count` adjacent lines (at most Row::lanes) of `n` voxels, `stride` apart in memory
 template <class Word>
 struct Lines {
   Word* data;
   std::int64_t n, stride, count;
   Word cap;
-  std::int64_t longest;  // whose square is below the cap
+  std::int64_t longest;  // largest p whose square is below the cap
   bool outside_is_near;
 };
 
@@ -36,8 +36,8 @@ BORELLI_INLINE bool any(const Vector& mask) {
   return joined != 0;
 }
 
-// Replaces f(q) by the least of f(q + p) + p^2; `f` is room for n rows. In vectors of `bytes`, which no
-// register should be narrower than: GCC puts what is wider together in memory, operation by operation.
+// Replaces f(q) by the minimum of f(q + p) + p^2; `f` is scratch space of n rows. Vectors have `bytes`, at
+// most the register width: GCC emulates wider ones through memory.
 template <int bytes, class Word>
 BORELLI_INLINE void least_along(const Lines<Word>& lines, Row<Word>* f) {
   typedef Word Lanes __attribute__((vector_size(bytes)));
@@ -124,8 +124,8 @@ auto least_of(int vector_bytes) {
   return least_by_16<Word>;
 }
 
-// Squared distances within one row: 0 in runs of `near`, and between them from the nearer of their two ends.
-// `longest`: the least run whose square is not below the cap.
+// Squared distances within one row: 0 in runs of `near`; elsewhere from the nearer end of the gap. `longest`:
+// the least run whose square is not below the cap.
 template <class Word>
 void along_row(const std::uint8_t* row, std::int64_t n, std::uint8_t near, Word cap, std::int64_t longest,
                bool outside_is_near, Word* out) {

@@ -14,14 +14,15 @@ namespace {
 
 using Eigen::Vector3d;
 
-// air around what is dense, mm; and what is dense: less than air's noise, so that a table's foam may stay out
+// air around the dense region, mm; and the limit of what counts as dense: above air's noise, and a table's
+// foam may stay out
 constexpr double margin = 30;
 constexpr double air_to_hu = -500;
 
 int padding_of(const GreyVolume& volume) { return volume.quantity == Quantity::hu ? -1024 : 0; }
 
-// The trilinear value at `t` between eight voxels, the first at `p`, rows and slices `sy` and `sz` apart;
-// false where one of them is padding.
+// Trilinear value at (tx, ty, tz) between eight voxels, the first at `p`, rows and slices `sy` and `sz`
+// apart; false if one of them is padding.
 inline bool between(const std::int16_t* p, std::int64_t sy, std::int64_t sz, int padding, double tx,
                     double ty, double tz, double& value) {
   const int least = std::min({p[0], p[1], p[sy], p[sy + 1], p[sz], p[sz + 1], p[sz + sy], p[sz + sy + 1]});
@@ -33,31 +34,31 @@ inline bool between(const std::int16_t* p, std::int64_t sy, std::int64_t sz, int
   return true;
 }
 
-// Whether one of `count` voxels is above a value. (All are compared: side by side that is less than
-// stopping.)
+// True if one of `count` voxels exceeds a value. (Comparing all of them vectorises and is faster than
+// stopping early.)
 bool any_above(const std::int16_t* voxels, std::int64_t count, std::int16_t value) {
   std::int16_t most = std::numeric_limits<std::int16_t>::min();
   for (std::int64_t i = 0; i < count; ++i) most = std::max(most, voxels[i]);
   return most > value;
 }
 
-// The largest value that stands for no more than air_to_hu.
+// The largest value that stands for at most air_to_hu.
 std::int16_t still_air(Quantity quantity) {
   std::int16_t value = std::numeric_limits<std::int16_t>::min();
   while (hu_of(value + 1, quantity) <= air_to_hu) ++value;
   return value;
 }
 
-// What makes the means over the work voxels along one axis: of each `weights` of voxels of the scan from its
-// `first` on, all of one length. Not `inside`: a sample lies beyond the scan, or not between two voxels of
-// it.
+// Weights for the means over the work voxels along one axis: each mean takes `weights` of the scan's voxels
+// from `first` on, all of one length. `inside` is 0 if a sample lies outside the scan or not between two of
+// its voxels.
 struct Windows {
   std::vector<std::size_t> first;
   std::vector<char> inside;
   std::vector<std::vector<double>> weights;  // [voxel after the first][work voxel]
 
   explicit Windows(std::size_t count) : first(count), inside(count, 1) {}
-  // Of work voxel m: the mean of samples at these indices.
+  // Adds work voxel m: the mean of samples at these indices.
   void add(std::size_t m, std::span<const double> samples, std::int64_t size) {
     const auto [low, high] = std::minmax(samples.front(), samples.back());
     inside[m] = low >= 0 && static_cast<std::int64_t>(high) + 1 < size;
@@ -83,7 +84,7 @@ struct WeightedRows {
   void add(const T* row, double weight) { rows.push_back(row), weights.push_back(weight); }
 };
 
-// sum = (begin ? 0 : sum) + the next n of the rows from `first` on: one pass over the numbers for all of them
+// sum = (begin ? 0 : sum) + the next n weighted rows from `first` on, in one pass over the data
 template <int n, class T>
 void sum_of(const WeightedRows<T>& from, std::size_t first, bool begin, std::size_t count, double* sum) {
   std::array<const T*, n> rows;
@@ -111,12 +112,12 @@ void sum_of(const WeightedRows<T>& from, std::size_t count, double* sum) {
   }
 }
 
-// The least and the greatest voxel of each column of some rows.
+// The minimum and the maximum of each column over some rows.
 struct Extremes {
   std::vector<std::int16_t> least, most;
 
   explicit Extremes(std::size_t n) : least(n), most(n) {}
-  // `begin`: of this row alone
+  // `begin`: starts anew with this row
   void add(bool begin, std::size_t count, const std::int16_t* low, const std::int16_t* high) {
     for (std::size_t i = 0; i < count; ++i) {
       least[i] = begin ? low[i] : std::min(least[i], low[i]);
@@ -125,7 +126,7 @@ struct Extremes {
   }
 };
 
-// Whether a slice holds padding, of every slice.
+// By slice: 1 if it contains padding.
 std::vector<char> padded_slices(const GreyVolume& volume, int padding, int threads) {
   std::vector<char> padded(static_cast<std::size_t>(volume.grid.size[2]));
   const auto slice = static_cast<std::size_t>(volume.grid.size[0] * volume.grid.size[1]);
@@ -145,7 +146,7 @@ std::vector<char> padded_slices(const GreyVolume& volume, int padding, int threa
 bool sample(const GreyVolume& volume, const Vector3d& index, double& value) {
   const int padding = padding_of(volume);
   const auto& g = volume.grid;
-  // well inside, and nothing padded: eight voxels at fixed distances
+  // fast path: well inside and without padding, eight voxels at fixed offsets
   const auto x = static_cast<std::int64_t>(index[0]), y = static_cast<std::int64_t>(index[1]),
              z = static_cast<std::int64_t>(index[2]);
   if (index.minCoeff() >= 0 && x + 1 < g.size[0] && y + 1 < g.size[1] && z + 1 < g.size[2]) {
@@ -203,7 +204,7 @@ Grid work_grid(const GreyVolume& volume, double step, int threads) {
       index[c] = corner >> c & 1 ? static_cast<double>(grid.size[static_cast<std::size_t>(c)]) - 0.5 : -0.5;
     scan.add({grid.point(index), grid.point(index)});
   }
-  // what is denser than air, row by row: along a row places change evenly, so its ends bound it
+  // bounds of all that is denser than air, row by row: positions along a row are linear, so its ends bound it
   std::vector<Box> by_slice(static_cast<std::size_t>(grid.size[2]));
   const std::int16_t air = still_air(volume.quantity);
   constexpr std::int64_t together = 64;
@@ -252,8 +253,8 @@ WorkVolume resampled(const GreyVolume& volume, const Grid& g, int threads) {
   WorkVolume out{{g, std::vector<std::int16_t>(g.count())}, {g, std::vector<std::uint8_t>(g.count(), 0)}};
   constexpr std::int16_t air = -1000;
 
-  // over a box along the scan's own axes, as wide as a work voxel: as many samples as the scan has voxels in
-  // it
+  // samples over a box along the scan's own axes, as wide as a work voxel: as many as the scan has voxels in
+  // it (1 to 4 per axis)
   const Eigen::Matrix3d to_index = volume.grid.axes.inverse();
   const Vector3d width = (step / volume.grid.spacing().array()).matrix();
   std::array<int, 3> n{};
@@ -297,8 +298,8 @@ WorkVolume resampled(const GreyVolume& volume, const Grid& g, int threads) {
     });
     return out;
   }
-  // along the work grid's own axes the mean is one of slices, of rows in it, and of voxels in these; but for
-  // work voxels at the scan's borders and where it is padded in parts
+  // Aligned axes: the mean separates into means over slices, rows and voxels, except for work voxels at the
+  // scan's borders and those that contain both padding and tissue.
   const auto windows_along = [&](int c) {
     const auto axis = static_cast<std::size_t>(c);
     Windows windows(static_cast<std::size_t>(g.size[axis]));
@@ -316,7 +317,7 @@ WorkVolume resampled(const GreyVolume& volume, const Grid& g, int threads) {
   const auto width_of_row = static_cast<std::size_t>(g.size[0]);
   const auto nx = static_cast<std::size_t>(volume.grid.size[0]),
              slice = nx * static_cast<std::size_t>(volume.grid.size[1]);
-  // where none of the slices holds padding, extremes need not be known
+  // slices without padding need no extremes
   const std::vector<char> padded = padded_slices(volume, padding, threads);
   in_slabs(g.size[2], threads, [&](std::int64_t k0, std::int64_t k1) {
     std::vector<double> of_slices(slice), of_rows(nx + x.weights.size()), means(width_of_row);

@@ -14,7 +14,7 @@ struct Line {
   Vector3d point, direction;  // direction: unit, away from the limb's root
 };
 
-// The line of a limb's bone between two lengths of way: through the bone's mean, along which it spreads most.
+// Line through the mean of a limb's bone between two path lengths, along its direction of largest variance.
 std::optional<Line> shaft_line(const Anatomy& a, const Limbs& limbs, Limb limb, double from, double to) {
   constexpr double aside = 60;  // mm about the way: a limb's bones there
   const LimbWay& way = limbs.way[static_cast<std::size_t>(limb)];

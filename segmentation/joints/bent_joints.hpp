@@ -1,4 +1,4 @@
-// A knee or elbow that is well bent: where the lines of the shafts on its two sides meet.
+// Centre and axis of a strongly bent knee or elbow, from the lines of the two shafts.
 #pragma once
 
 #include <optional>
@@ -9,14 +9,14 @@
 namespace borelli {
 
 struct BentJoint {
-  Eigen::Vector3d centre;  ///< half way between the lines' nearest points, mm
-  Eigen::Vector3d axis;    ///< unit, square to both lines, either way
+  Eigen::Vector3d centre;  ///< midpoint between the nearest points of the two lines, mm
+  Eigen::Vector3d axis;    ///< unit, perpendicular to both lines, of either sign
 };
 
-/// `middle`: where along the way the joint lies, mm; `near`, `far`: the stretches of shaft looked at begin
-/// and end so far from it on both sides, mm. Nothing where the joint is bent by less than 45 degrees (the
-/// lines' nearest points are then poorly told), a stretch is not in view, or the lines miss each other by
-/// more than 25 mm.
+/// Intersects the shaft lines on the two sides of a joint. `middle`: position of the joint along the limb's
+/// path, mm. Each shaft stretch runs from `near` to `far` mm from there. Empty if the joint is bent by less
+/// than 45 degrees (the nearest points are then ill-conditioned), if it is folded shut, if a stretch is not
+/// in view, or if the lines miss each other by more than 25 mm.
 std::optional<BentJoint> bent_joint(const Anatomy& anatomy, const Limbs& limbs, Limb limb, double middle,
                                     double near, double far);
 

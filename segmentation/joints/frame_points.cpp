@@ -26,14 +26,14 @@ std::optional<Vector3d> point_named(const Landmarks& marks, const std::string& n
   return it == marks.end() ? std::nullopt : std::optional(it->second.point);
 }
 
-// Of a body with one leg as the other's mirror image tells it.
+// Midpoint of the hips; in a body with one leg, mid_hip from the mirror image.
 std::optional<Vector3d> middle_of_hips(const Landmarks& marks) {
   const auto left = point_named(marks, "hip_left"), right = point_named(marks, "hip_right");
   if (left && right) return Vector3d(0.5 * (*left + *right));
   return left || right ? point_named(marks, "mid_hip") : std::nullopt;
 }
 
-// voxels of the work grid that are bone and belong to one of some parts
+// Bone voxels of the work grid that belong to certain parts; their centres, mm, LPS.
 template <class Belongs>
 std::vector<Vector3d> bones_of(const Anatomy& a, const Volume<std::uint8_t>& owner, const Belongs& belongs) {
   std::vector<Vector3d> places;
@@ -57,8 +57,8 @@ Vector3d mean(const std::vector<Vector3d>& places) {
 
 // ---- pelvis
 
-// The wing ends behind in a corner: of all bone beside the sacrum it reaches farthest backwards and, by less,
-// outwards. Straight backwards the sacrum's crest may reach farther.
+// The PSIS is the posterior corner of the iliac wing: of all bone beside the sacrum it reaches farthest
+// backwards and, less so, outwards. Straight backwards the sacrum's crest may reach farther.
 void find_psis(const Anatomy& a, const Volume<std::uint8_t>& owner, double s, Landmarks& marks) {
   constexpr int pelvis = part_label("lower_trunk"), belly = part_label("middle_trunk");
   const auto hips = middle_of_hips(marks);
@@ -66,8 +66,8 @@ void find_psis(const Anatomy& a, const Volume<std::uint8_t>& owner, double s, La
   const Vector3d middle = *hips;
   const Matrix3d axes = trunk_axes(marks);
   const auto bones = bones_of(a, owner, [](int part) { return part == pelvis || part == belly; });
-  // Of a corner of radius R whose last d does not show (half of what voxels are too large: the wing is
-  // thinner than they are) what is hindmost may lie anywhere on a chord: sqrt(2 R d) along the rim.
+  // Large voxels miss the last d of the corner (half of over_fine: the wing is thinner than a voxel). On a
+  // corner of radius R the hindmost visible place then varies along a chord: sqrt(2 R d) along the rim.
   constexpr double corner = 80;
   const double deviation = std::hypot(7, std::sqrt(corner * s * a.over_fine()));
   for (const int side : {left_side, right_side}) {
@@ -85,7 +85,7 @@ void find_psis(const Anatomy& a, const Volume<std::uint8_t>& owner, double s, La
         beside.begin(), beside.end(),
         [&](const Vector3d& p, const Vector3d& q) { return p.dot(direction) < q.dot(direction); });
     if (farthest == beside.end() || a.near_edge(*farthest, 15)) continue;
-    // a blunt corner has its middle, not a chance voxel
+    // takes the centre of a blunt corner, not a chance voxel
     constexpr double depth = 6, reach = 28;
     Vector3d sum = Vector3d::Zero();
     double weight = 0;
@@ -95,7 +95,7 @@ void find_psis(const Anatomy& a, const Volume<std::uint8_t>& owner, double s, La
       sum += w * p, weight += w;
     }
     Vector3d spine = sum / weight;
-    // the scan itself tells how far back
+    // refines the position backwards in the scan itself
     const CloseUp view = close_up(*a.source, spine, 25);
     double r = 10;
     while (r > -6 && view.at(spine + r * axes.col(1)) < bone) r -= 0.5;
@@ -107,15 +107,15 @@ void find_psis(const Anatomy& a, const Volume<std::uint8_t>& owner, double s, La
 
 // ---- thorax
 
-// Thoracic vertebrae with their discs grow in height by about half from the first to the twelfth: by this,
-// the part of the way from C7/T1 to T12/L1 that the disc below the n-th has.
+// Thoracic vertebrae with their discs grow in height by about half from the first to the twelfth. Returns the
+// position of the disc below the n-th, as a fraction of the distance from C7/T1 to T12/L1.
 double share_of_thorax(int n) {
   constexpr double growth = 0.55 / 11;
   const auto sum = [](int count) { return count + growth * 0.5 * count * (count - 1); };
   return sum(n) / sum(12);
 }
 
-// How far the column's bodies differ in brightness from what is about them, by mm downwards from `top`.
+// CT number along the column less its mean over 27 mm, one value per mm downwards from `top` (mm, patient z).
 std::vector<double> discs_and_bodies(const Anatomy& a, const Trunk& trunk, double top, double length) {
   constexpr double between = 30;
   std::vector<Vector3d> middle;
@@ -146,9 +146,9 @@ std::vector<double> discs_and_bodies(const Anatomy& a, const Trunk& trunk, doubl
   return out;
 }
 
-// The disc T8/T9, by all of the upper ten thoracic discs at once: the length of the column, within a sixth of
-// what is usual, that puts them where it is soft. In mm below the neck's disc; nothing where the scan does
-// not resolve them or they do not stand out.
+// The disc T8/T9 by fitting the upper ten thoracic discs together: the length of the column, within a sixth
+// of the usual one, that puts them on the softest places. In mm below the neck's disc. Empty if the scan does
+// not resolve discs or they do not stand out.
 std::optional<double> disc_below_t8(const Anatomy& a, const Trunk& trunk, double neck, double usual) {
   if (a.source->grid.spacing().maxCoeff() > 5) return std::nullopt;
   constexpr double above = 10;
@@ -170,12 +170,12 @@ std::optional<double> disc_below_t8(const Anatomy& a, const Trunk& trunk, double
   return best > stands_out * usual_swing ? std::optional(at) : std::nullopt;
 }
 
-// The spinous process of T8 falls to about the level of the disc below it.
+// The spinous process of T8 descends to about the level of the disc below it.
 void find_t8(const Anatomy& a, const Trunk& trunk, Landmarks& marks) {
   const auto hips = middle_of_hips(marks), neck = point_named(marks, "neck");
   if (!hips || !neck) return;
   const double neck_deviation = marks.at("neck").deviation;
-  // the disc T12/L1 as in column_levels.hpp
+  // disc T12/L1 as in column_levels.hpp
   const double usual = 0.515 * ((*neck)[2] - (*hips)[2]);
   const auto counted = neck_deviation < 5 ? disc_below_t8(a, trunk, (*neck)[2], usual) : std::nullopt;
   const double z = (*neck)[2] - counted.value_or(share_of_thorax(8) * usual);
@@ -184,7 +184,8 @@ void find_t8(const Anatomy& a, const Trunk& trunk, Landmarks& marks) {
   if (!tip || a.near_edge(*tip, 10)) return;
   constexpr double half_a_vertebra = 12;
   const double level = counted ? 6 : std::hypot(half_a_vertebra, neck_deviation);
-  // the process is thinner than large voxels, and falls: its last show in one and not in the next
+  // the process is thinner than large voxels and slopes down, so its tip may show in one voxel and not in the
+  // next
   marks["t8"] = {Vector3d((*tip)[0], (*tip)[1], z), std::hypot(level, 3 * a.over_fine()), 0,
                  counted ? "bone: spinous process, counted by the discs above it"
                          : "bone: spinous processes at a level by proportion between neck and hips"};
@@ -192,7 +193,8 @@ void find_t8(const Anatomy& a, const Trunk& trunk, Landmarks& marks) {
 
 // ---- forearm
 
-// A section square to the forearm: its bone's places, in the plane, mm; `own` is asked of the points.
+// A section perpendicular to the forearm: the places of its bone in the plane, mm; own(p) tells whether a
+// point counts.
 template <class Own>
 std::vector<Vector2d> section(const CloseUp& view, const Vector3d& centre, const Vector3d& x,
                               const Vector3d& y, double reach, const Own& own) {
@@ -203,12 +205,12 @@ std::vector<Vector2d> section(const CloseUp& view, const Vector3d& centre, const
   return places;
 }
 
-// The two bones of a forearm in a section: the direction from the slighter to the stouter one, and where
-// along it the waist between them is.
+// The two bones of a forearm in a section: the direction from the thinner one (ulna) to the thicker one
+// (radius), and the position of the waist between them.
 struct TwoBones {
   Vector2d direction;  // unit, from ulna to radius
-  double waist = 0;    // its place along that
-  double depth = 0;    // 1: a gap; 0: as broad as the slighter bone
+  double waist = 0;    // its position along that direction, mm
+  double depth = 0;    // 1: a gap; 0: as broad as the thinner bone
 };
 
 std::optional<TwoBones> two_bones(const std::vector<Vector2d>& places) {
@@ -239,7 +241,7 @@ std::optional<TwoBones> two_bones(const std::vector<Vector2d>& places) {
   return two;
 }
 
-// How far along a direction bone goes on from a place; nothing where it does so farther than `most`.
+// Distance to the end of bone along a direction, mm; empty if bone continues beyond `most`.
 std::optional<double> end_of_bone(const CloseUp& view, const Vector3d& from, const Vector3d& direction,
                                   double most) {
   double before = view.at(from);
@@ -251,14 +253,15 @@ std::optional<double> end_of_bone(const CloseUp& view, const Vector3d& from, con
   return std::nullopt;
 }
 
-// The middle of the ends, within 2 mm of the farthest, of lines along `down` from some places of a section.
+// Mean of the bone's ends within 2 mm of the farthest, along lines in direction `down` from some places of a
+// section.
 std::optional<Vector3d> far_end(const CloseUp& view, const std::vector<Vector3d>& from,
                                 const Vector3d& down) {
   constexpr double most = 28;
   std::vector<std::pair<double, Vector3d>> ends;
   for (const Vector3d& p : from)
     if (const auto r = end_of_bone(view, p, down, most)) ends.emplace_back(*r, p + *r * down);
-  // where most lines go on into the next bone none is seen to end
+  // if most lines continue into the next bone, no end is visible
   if (ends.size() < 4 || 2 * ends.size() < from.size()) return std::nullopt;
   // a few lines may leave through a gap between the carpals
   std::sort(ends.begin(), ends.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
@@ -276,7 +279,7 @@ void find_styloids(const Anatomy& a, const Volume<std::uint8_t>& owner, const st
   const Vector3d down = (*wrist - *elbow).normalized();
   const Vector3d x = down.unitOrthogonal(), y = down.cross(x);
   const CloseUp view = close_up(*a.source, *wrist, 60 * s);
-  // the other arm, or what this one lies on, may be as near
+  // the other arm, or what this arm lies on, may be as near
   const int forearm = part_label("forearm" + at), hand = part_label("hand" + at);
   const auto own = [&](const Vector3d& p) {
     const Vector3d index = owner.grid.index(p);
@@ -284,14 +287,14 @@ void find_styloids(const Anatomy& a, const Volume<std::uint8_t>& owner, const st
     const int part = owner.grid.holds(i, j, k) ? owner.at(i, j, k) : 0;
     return part == forearm || part == hand;
   };
-  // the bones part above the joint between them
+  // finds the section where the bones separate, above the joint between them
   std::optional<TwoBones> two;
   for (double up = 16; up <= 46; up += 6) {
     const auto here = two_bones(section(view, *wrist - up * s * down, x, y, 32 * s, own));
     if (here && (!two || here->depth > two->depth)) two = here;
   }
   if (!two || two->depth < 0.4) return;
-  // lines start where both bones are broad, close above the wrist
+  // lines start where both bones are broad, just above the wrist
   const Vector3d start = *wrist - 9 * s * down;
   std::vector<Vector3d> of_ulna, of_radius;
   double side = -1e9;
@@ -304,7 +307,7 @@ void find_styloids(const Anatomy& a, const Volume<std::uint8_t>& owner, const st
     if (along > side - 9 * s) of_radius.push_back(place);
   }
   const double coarse = view.coarsest > 3 ? view.coarsest : 0;  // thick slices blur ends over a slice
-  // looked for from the wrist: what makes that one doubtful, its usual 5 mm aside, makes these so
+  // the search starts from the wrist: its deviation beyond the usual 5 mm carries over
   const double doubt = std::sqrt(std::max(0.0, std::pow(marks.at("wrist" + at).deviation, 2) - 25));
   const double deviation =
       std::hypot(std::hypot(4, coarse), std::max({1.2 * a.gaps_unseen(s), doubt, 3.5 * a.over_fine()}));
@@ -317,14 +320,15 @@ void find_styloids(const Anatomy& a, const Volume<std::uint8_t>& owner, const st
 // ---- foot
 
 struct FootFrame {
-  Vector3d heel, forward, outwards;  // unit: along the foot; square to it, to its little toe
+  Vector3d heel, forward, outwards;  // unit: along the foot; perpendicular to it, towards the little toe
   double length = 0;
 
   double along(const Vector3d& p) const { return (p - heel).dot(forward) / length; }
   double out(const Vector3d& p) const { return (p - heel).dot(outwards); }
 };
 
-// How far the bones of a foot reach out (`sign` +1) or in (-1) between two shares of its length, mm.
+// How far the bones of a foot reach outwards (`sign` +1) or inwards (-1) between two fractions of its length,
+// mm.
 double side_of(const std::vector<Vector3d>& bones, const FootFrame& foot, double sign, double first,
                double last) {
   double out = -1e9;
@@ -333,7 +337,7 @@ double side_of(const std::vector<Vector3d>& bones, const FootFrame& foot, double
   return out;
 }
 
-// The middle of the bone that stands at a place of the sole; its height is the bones'.
+// Centre of the bone at a position on the sole; the height is the bone's mean.
 std::optional<Vector3d> bone_over(const std::vector<Vector3d>& bones, const FootFrame& foot, double along,
                                   double out, double half) {
   std::vector<Vector3d> here;
@@ -356,8 +360,8 @@ void find_metatarsals(const Anatomy& a, const Volume<std::uint8_t>& owner, const
   foot.outwards = (foot.outwards - foot.outwards.dot(foot.forward) * foot.forward).normalized();
   const int part = part_label("foot" + at);
   const auto bones = bones_of(a, owner, [&](int own) { return own == part; });
-  // How far along the foot its heads stand thick slices do not show, nor do toes held close: by proportion,
-  // to some 4 hundredths of its length, which hardly turns the foot's frame. Their sides and heights do.
+  // Thick slices and toes held close hide the heads' position along the foot: it is by proportion, within
+  // some 4 % of the foot's length, which hardly turns the foot's frame. Sides and heights are measured.
   constexpr double ball = 0.73, little_ball = 0.64, spread = 0.06, radius_1 = 7.5, radius_5 = 5.5;
   const double first = radius_1 * s - side_of(bones, foot, -1, ball - spread, ball + spread),
                fifth = side_of(bones, foot, 1, little_ball - spread, little_ball + spread) - radius_5 * s;

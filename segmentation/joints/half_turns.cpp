@@ -9,13 +9,13 @@
 namespace borelli {
 namespace {
 
-// Which skin the bone in the body's middle lies nearer to, over how many mm of its height.
+// Height over which midline bone is clearly nearer to the back's skin, or to the front's, mm.
 struct Nearer {
   double back = 0, front = 0;
 };
 
-// mm from the skin inwards to the first bone along row i of slice k, from the front (+1) or the back (-1);
-// nothing where there is no bone, or no skin in view
+// Distance from the skin inwards to the first bone along j, at column i of slice k, from the front (`inwards`
+// +1) or the back (-1), mm. Empty if there is no bone, or no skin in view.
 std::optional<double> below_skin(const Anatomy& a, std::int64_t i, std::int64_t k, int inwards) {
   const auto ny = a.grid().size[1];
   std::int64_t j = inwards > 0 ? 0 : ny - 1;
@@ -34,7 +34,7 @@ Nearer nearer_skin(const Anatomy& a) {
   const auto half = std::lround(half_width / a.step());
   std::vector<Nearer> by_slice(static_cast<std::size_t>(g.size[2]));
   const auto look = [&](std::int64_t k) {
-    // the middle of what is deepest: the trunk's rather than the arms'
+    // the midline of the deepest flesh: the trunk's rather than the arms'
     double sum = 0, weight = 0;
     for (std::int64_t j = 0; j < g.size[1]; ++j)
       for (std::int64_t i = 0; i < g.size[0]; ++i) {

@@ -1,4 +1,4 @@
-// Headers that lay the body the wrong way: its back where they say front, its feet where they say head.
+// Headers with a wrong patient position: front and back, or head and feet, exchanged.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,17 +10,17 @@
 
 namespace borelli {
 
-/// The body's own axes (left, back, up as columns, each along an axis of the header's or against it) where
-/// they seem to be others than the header's; nothing where they agree or where too little is in view.
+/// The body's own axes in the header's frame, if they differ from the header's; columns left, back, up, each
+/// along or against a header axis. Empty if they agree or if too little is in view.
 ///
-/// Front and back: between ribs and pelvis the column and the sacrum lie under the skin of the back, and
-/// nothing bony lies near the skin of the belly; over some 300 mm of an adult's trunk bone is at least 40 mm
-/// nearer to one skin than to the other (the pubis, over some 50 mm, the other way).
-/// Up and down: above the lungs' tops lie head and neck (with arms overhead less than the chest weighs),
-/// below them most of the body.
+/// Front and back: between ribs and pelvis, spine and sacrum lie close to the skin of the back, and no bone
+/// lies close to the skin of the belly. Over some 300 mm of an adult's trunk, bone is at least 40 mm nearer
+/// to the back. Only the pubis, over some 50 mm, is that much nearer to the front. Up and down: head and neck
+/// above the lungs' tops, even with arms overhead, have less volume than the chest. Most of the body lies
+/// below the lungs.
 std::optional<Eigen::Matrix3d> half_turn(const Anatomy& anatomy, const Trunk& trunk);
 
-/// In plain words what contradicts the header, by those axes.
+/// Describes the contradiction between header and body for the user; `axes` from half_turn.
 std::string words_of_half_turn(const Eigen::Matrix3d& axes);
 
 }  // namespace borelli

@@ -10,18 +10,18 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Lung is airy tissue through and through: gas in gut, stomach and windpipe is emptier, and its rim of mixed
-// voxels thinner than this
+// Lung is a solid region of airy tissue. Gas in gut, stomach and windpipe is emptier, and its rim of mixed
+// voxels is thinner than `rim`, mm.
 constexpr int emptiest_lung = -950, densest_lung = -350;
 constexpr double rim = 5;
-// what is left of a lung's piece, ml; stool with gas in it comes in less
+// least volume of a piece of lung, ml; stool with gas in it comes in smaller pieces
 constexpr double smallest_lung = 30;
 
 std::vector<double> lung_by_slice(const Anatomy& a) {
   const Mask airy = where(a.grid(), [&](std::size_t o) {
     return a.body.voxels[o] && a.scan.hu.voxels[o] > emptiest_lung && a.scan.hu.voxels[o] < densest_lung;
   });
-  // a lung goes on beyond the scan's edge
+  // a lung may continue beyond the scan's edge
   const Mask wide = eroded(
       where(a.grid(), [&](std::size_t o) { return airy.voxels[o] || !a.scan.seen.voxels[o]; }), rim, true);
   const double voxel = std::pow(a.step(), 3) * 1e-3;
@@ -42,7 +42,7 @@ struct Share {
   double bone = 0, seen = 0;
 };
 
-// shares of a box (mm, half widths) about a point: in view, and of that bone
+// A box about a point (half widths, mm): the fraction in view, and the fraction of bone in what is in view.
 Share shares(const Anatomy& a, const Vector3d& centre, const Vector3d& half) {
   const Vector3d low = a.grid().index(centre - half), high = a.grid().index(centre + half);
   double bone = 0, seen = 0, all = 0;
@@ -79,7 +79,7 @@ HeadsInBody::HeadsInBody(const Anatomy& a) : anatomy_(a), lung_(lung_by_slice(a)
 }
 
 std::array<double, 2> HeadsInBody::lungs() const {
-  constexpr double least = 300, left_out = 0.05;  // ml; of them
+  constexpr double least = 300, left_out = 0.05;  // ml; fraction left out at each end
   double all = 0;
   for (const double ml : lung_) all += ml;
   std::array<double, 2> ends{0, 0};
@@ -146,7 +146,7 @@ bool HeadsInBody::cuts_from_above(const FoundSphere& ball, double near) const {
 }
 
 bool HeadsInBody::solid(const FoundSphere& ball) const {
-  // in phantoms and real scans .77 to 1 of a head's core; .16 to .59 of what passed for one
+  // phantoms and real scans: .77 to 1 of a head's core is bone, .16 to .59 of a false one's
   constexpr double core = 0.7, least = 0.65;
   const Grid& g = anatomy_.grid();
   const double reach = core * ball.radius;
@@ -177,7 +177,7 @@ bool HeadsInBody::femur_leads_on(const FoundSphere& ball, int side) const {
   const double outwards = side_sign(side);
   if (cuts(ball)) return false;
   const double reach = std::min(far, below(ball));
-  // the bone about the ball on a grid of its own
+  // copies the bone about the sphere to a grid of its own
   const auto half = static_cast<std::int64_t>(std::ceil(far / a.step())) + 2;
   const Vector3d index = a.grid().index(ball.centre).array().round();
   Grid box = a.grid();
@@ -202,9 +202,9 @@ bool HeadsInBody::femur_leads_on(const FoundSphere& ball, int side) const {
   });
   const auto ways = geodesic({cost, a.threads}, seeds, false, static_cast<float>(2 * far));
   double best = 1e9;
-  const double beyond = 1.3 * ball.radius;  // a neck's beginning
+  const double beyond = 1.3 * ball.radius;  // the neck begins here
   visit([&](std::size_t o, const Vector3d& d, std::int64_t i, std::int64_t j, std::int64_t k) {
-    // as far off as can be seen, below, and outwards, as the neck leads
+    // as far away as is in view, downwards, and outwards like the femoral neck
     const double r = d.norm();
     if (ways.length(o) == no_way || d[2] > -0.45 * r || d[0] * outwards < 10) return;
     const std::int64_t next = i + (outwards > 0 ? 1 : -1);
@@ -255,12 +255,12 @@ bool HeadsInBody::at_shoulders(const Vector3d& left, const Vector3d& right) cons
   const double z = middle[2], acromion = 35;
   if (std::max(left[2], right[2]) + acromion > high_) return false;
   constexpr double near = 20, far = 60, ended = 100, edge = 12;  // mm
-  // ml of lung per mm of height, in what the scan shows of a stretch
+  // ml of lung per mm of height, over the part of a stretch that is in view
   const auto section = [&](double low, double high) {
     low = std::max(low, low_), high = std::min(high, high_ + a.step());
     return high - low > 0.5 * a.step() ? lung_between(low, high) / (high - low) : 0;
   };
-  // the body mask ends a passage's width before air at the scan's edge
+  // at the scan's edge the body mask ends a passage's width before air
   const double top = std::min(z + far, high_ - edge);
   const double below = section(z - far, z - near),
                above = section(std::min(z + near, top - 2 * a.step()), top);

@@ -1,4 +1,4 @@
-// Whether a pair of balls can be a body's hips or its shoulders: what the scan itself shows about them.
+// Tests whether a pair of spheres can be a body's hips or shoulders, from the anatomy around them.
 #pragma once
 
 #include <array>
@@ -9,58 +9,61 @@
 
 namespace borelli {
 
-/// A chest has shoulders that look like hips and hips have tubers that look like heads, so a pair of round
-/// bones alone proves nothing. All points patient frame, mm.
+/// A chest has shoulders that resemble hips, and hips have ischial tubers that resemble heads: a pair of
+/// round bones alone proves nothing. All points in the patient frame (LPS), mm.
 class HeadsInBody {
  public:
   explicit HeadsInBody(const Anatomy& anatomy);
 
-  /// The places of two balls, left and right, against what must lie about hips: the sacrum in view behind and
-  /// above, thick flesh between, and no lung up to a hand's length above.
+  /// True if the surroundings of two candidate centres fit hips: sacrum in view behind and above, the
+  /// midpoint deep in flesh, and no lung within 120 mm above.
   bool near_hips(const Eigen::Vector3d& left, const Eigen::Vector3d& right) const;
-  /// Balls as measured against what femoral heads stand in: no vertebra but coccyx and
-  /// symphysis at most between them, and a femur below each (see on_femur).
+  /// True if both measured spheres can be femoral heads: solid, no vertebra between them (coccyx and
+  /// symphysis may be), and a femur leads on from each (see on_femur).
   bool are_hips(const FoundSphere& left, const FoundSphere& right) const;
-  /// The same where heads may be cut by the scan's lower end, from which no femur need lead on.
+  /// The same, but a head that the scan's lower end cuts needs no femur.
   bool may_be_hips(const FoundSphere& left, const FoundSphere& right) const;
-  /// Whether the scan ends within a head, or so close below it that no femur can be followed; or would, were
-  /// the head lower by `off` mm.
+  /// True if the scan's lower end cuts the head, or lies so close below it that no femur can be followed.
+  /// `off`: test as if the head were that much lower, mm.
   bool cuts(const FoundSphere& ball, double off = 0) const;
-  /// The same of the scan's upper end: what is left of a head then passes for a smaller one, lower down.
+  /// True if the scan's upper end is less than `near` mm above the centre. A head cut there looks smaller and
+  /// lower.
   bool cuts_from_above(const FoundSphere& ball, double near) const;
-  /// As Trunk::lungs.
+  /// See Trunk::lungs.
   std::array<double, 2> lungs() const;
-  /// Between and below shoulders lie the tops of the lungs, which narrow upwards there and end soon above;
-  /// what roofs the heads must be in view. Legs have no lungs, and ribs no lung that ends.
+  /// True if the surroundings of two candidate centres fit shoulders: the lung tops lie between and below
+  /// them, taper upwards and end soon above. The region above the heads must be in view. Legs have no lung,
+  /// and beside the ribs the lung continues.
   bool at_shoulders(const Eigen::Vector3d& left, const Eigen::Vector3d& right) const;
-  /// Whether the scan's side cuts the trunk beside `middle` (mm, patient x), so that but one `side` of the
-  /// body is in view: body meets the scan's edge there over more than a limb does.
+  /// True if the scan's side cuts the trunk near the plane x = `middle` (mm, LPS), so that only `side` of the
+  /// body is in view. The area of body cut there exceeds that of a limb.
   bool cut_beside(double middle, int side) const;
-  /// Whether the lungs begin a hand's breadth over a level (mm, patient z) or higher, as over hips.
+  /// True if less than 100 ml of lung lie below a level 120 mm above `z` (mm, LPS), as above hips.
   bool below_lungs(double z) const;
-  /// Over a hip and its ilium follows a flank, where no bone is; over vertebrae and sacrum the column.
+  /// True if no bone lies in the flank above a hip; false beside the vertebral column, as for vertebrae and
+  /// sacrum.
   bool below_flank(const Eigen::Vector3d& hip) const;
-  /// Of a shoulder alone: the lung's top beside and below, none above.
+  /// at_shoulders for a single head: lung within 20 to 60 mm below its level, none from 100 mm above it.
   bool at_shoulder(const Eigen::Vector3d& head) const;
 
-  /// Heads are bone through and through (but for what thin scans leave unfilled); of a ball that ribs or a
-  /// sacrum's edges agree on half is not.
+  /// True if the sphere's core is filled with bone, as in a head (thin slices may leave some of the marrow
+  /// unfilled). Spheres that fit ribs or the edges of a sacrum are at least half hollow.
   bool solid(const FoundSphere& ball) const;
-  /// From now on every ball passes for solid: about a child's heads the balls of an adult's size hold more
-  /// than bone, and tell its size all the same.
+  /// Lets every sphere pass `solid` from now on. On a child's head, spheres of adult size enclose more than
+  /// bone, but still give the child's size.
   void allow_hollow() { hollow_ = true; }
-  /// From a femoral head bone leads straight outwards and down to the shaft, or to where the scan ends below
-  /// or beside; from a tuber, a socket or an iliac wing it leads there by a detour or not at all. The head
-  /// itself must be in view whole.
+  /// True if bone leads straight outwards and down from the head to the shaft, or to the scan's lower end or
+  /// side. From a tuber, socket or iliac wing the path is a detour or does not exist. The head itself must be
+  /// wholly in view.
   bool on_femur(const FoundSphere& ball, int side) const;
 
  private:
   const Anatomy& anatomy_;
   bool hollow_ = false;
-  std::vector<double> lung_;   // ml within each slice of the work grid
-  double low_ = 0, high_ = 0;  // lowest and highest level with body in view
+  std::vector<double> lung_;   // ml in each slice of the work grid
+  double low_ = 0, high_ = 0;  // lowest and highest level with body in view, mm (LPS z)
 
-  /// What on_femur was asked, many pairs having a ball in common, and its answer.
+  /// Cached answer of on_femur; many pairs share a sphere.
   struct Asked {
     Eigen::Vector3d centre;
     double radius;
@@ -68,13 +71,13 @@ class HeadsInBody {
     bool leads;
   };
   mutable std::vector<Asked> asked_;
-  /// Of either side, once it was asked about: mm^2 of body in each sagittal plane of the work grid whose next
-  /// one inwards the scan does not show.
+  /// By side, filled on first use: area of body (mm^2) in each sagittal plane of the work grid that borders,
+  /// on its inner side, on a voxel out of view.
   mutable std::array<std::vector<double>, 2> edge_;
 
   bool femur_leads_on(const FoundSphere& ball, int side) const;
   bool vertebra_between(const FoundSphere& left, const FoundSphere& right) const;
-  double below(const FoundSphere& ball) const;  // mm in view below a centre
+  double below(const FoundSphere& ball) const;  // mm in view below the centre
   double lung_between(double low, double high) const;
 };
 

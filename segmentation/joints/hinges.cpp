@@ -28,7 +28,7 @@ Rays rays_about(const Vector3d& point, const Vector3d& axis, double reach, int s
   return rays;
 }
 
-// radius that most rays have an edge at, within half a bin, and how many do
+// the radius at which most rays have an edge, within half a bin, and their number
 std::pair<double, int> commonest(const std::vector<std::vector<double>>& edges, double least, double most) {
   const double bin = 0.5;
   const auto bins = static_cast<std::size_t>((most - least) / bin) + 1;
@@ -54,8 +54,8 @@ std::vector<std::vector<double>> edges_of(const CloseUp& view, const Rays& rays,
   return edges;
 }
 
-// one Gauss-Newton step of the distances of points from a cylinder; unknowns: two shifts and two turns of the
-// axis, the radius
+// one Gauss-Newton step on the distances of points from a cylinder; unknowns: two shifts and two rotations of
+// the axis, and the radius
 void improve(Hinge& hinge, const std::vector<Vector3d>& points) {
   const Vector3d u = hinge.axis.unitOrthogonal(), v = hinge.axis.cross(u);
   Eigen::Matrix<double, 5, 5> normal = 1e-9 * Eigen::Matrix<double, 5, 5>::Identity();
@@ -75,10 +75,10 @@ void improve(Hinge& hinge, const std::vector<Vector3d>& points) {
   hinge.radius += step[4];
 }
 
-// the cylinder that the rays' edges about a place agree on, drawn tighter round by round
+// a cylinder refined on the edges near it, with a tightening tolerance
 struct Agreed {
   Hinge hinge;
-  double facing;  // share of the rays to the joint's side that agree
+  double facing;  // fraction of the rays towards the joint's surface that agree
 };
 std::optional<Agreed> refined(const CloseUp& view, Hinge hinge, const Vector3d& facing, double reach,
                               double least, double most) {
@@ -89,7 +89,7 @@ std::optional<Agreed> refined(const CloseUp& view, Hinge hinge, const Vector3d& 
     const Rays rays = rays_about(hinge.point, hinge.axis, reach, 9, 48);
     std::vector<Vector3d> points;
     double sum = 0;
-    int face = 0, agree = 0;  // rays to the joint's side
+    int face = 0, agree = 0;  // rays towards the joint's surface; those that agree
     for (std::size_t n = 0; n < rays.from.size(); ++n) {
       const bool faces = rays.direction[n].dot(facing) > 0.5;
       face += faces;
@@ -118,10 +118,10 @@ std::optional<Agreed> refined(const CloseUp& view, Hinge hinge, const Vector3d& 
 std::optional<Hinge> fit_hinge(const CloseUp& view, const Vector3d& near, const Vector3d& axis,
                                const Vector3d& facing, double reach, double least, double most, double search,
                                bool farthest) {
-  // slices nearly as thick as the smallest radius show steps where a cylinder is
+  // slices nearly as thick as the smallest radius show steps instead of a cylinder
   if (view.coarsest > 0.9 * least) return std::nullopt;
 
-  // places where most rays agree on one radius, first coarsely
+  // coarse search: points where most rays agree on one radius
   struct Start {
     Hinge hinge;
     int count;
@@ -140,13 +140,13 @@ std::optional<Hinge> fit_hinge(const CloseUp& view, const Vector3d& near, const 
   std::stable_sort(starts.begin(), starts.end(),
                    [](const Start& a, const Start& b) { return a.count > b.count; });
 
-  // the place that most rays choose, unless another's cylinder is clearly better
+  // takes the start with most rays, unless another cylinder is clearly better
   const std::size_t most_tries = facing.isZero() ? 1 : 6;
   constexpr double apart = 7, clearly = 1.3;
   std::vector<Vector3d> tried;
   std::optional<Hinge> best;
   double most_agree = 0;
-  std::vector<std::pair<Hinge, double>> alike;  // with what agrees
+  std::vector<std::pair<Hinge, double>> alike;  // with their scores
   for (const Start& start : starts) {
     if (tried.size() == most_tries) break;
     if (std::any_of(tried.begin(), tried.end(),

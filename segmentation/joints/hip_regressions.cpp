@@ -14,7 +14,7 @@ struct Named {
   HipRegression regression;
   const char* name;
 };
-// what takes most of what may be known comes first
+// the regression with the most inputs comes first
 constexpr std::array<Named, 4> all{{{HipRegression::harrington, "Harrington 2007"},
                                     {HipRegression::hara, "Hara 2016"},
                                     {HipRegression::harrington_width, "Harrington 2007 by pelvis width"},
@@ -43,7 +43,7 @@ Pelvis pelvis_of(const Landmarks& marks, const Vector3d& left, const Vector3d& r
     pelvis.tilt_seen = true;
   } else {
     const auto neck = marks.find("neck");
-    // the anterior spines lie before the line from neck to hips: only its lean to a side is told by them
+    // the ASIS lie in front of the line from neck to hips, so that line gives only the sideways lean
     Vector3d up = neck == marks.end() ? Vector3d::UnitZ() : Vector3d(neck->second.point - pelvis.origin);
     up[1] = 0;
     x = up.cross(z);

@@ -14,14 +14,14 @@ using Eigen::Vector3d;
 
 constexpr const char* source = "bone: foremost point of the iliac crest";
 
-// A box on one side: from and to, outwards of a place between hip and flank and above it, mm.
+// Search box on one side, mm: lateral range (outwards from the hip centre) and range above it.
 struct SpineBox {
   std::array<double, 2> x, z;
 };
 
-// The foremost place of the pelvis' bone in a box at `hip`: of the bone's front at each place, the middle of
-// what lies nearly as far forward as the foremost. A hand or forearm may lie before it, which `is_pelvis`
-// tells apart.
+// The foremost bone of the pelvis in a box at `hip`: among the foremost bone voxels of all columns, the mean
+// of those within 4 mm of the very foremost. A hand or forearm may lie in front of it; `is_pelvis` keeps it
+// out.
 template <class IsPelvis>
 std::optional<Vector3d> foremost_bone(const Anatomy& a, int side, const Vector3d& hip, const SpineBox& box,
                                       const IsPelvis& is_pelvis) {
@@ -50,7 +50,7 @@ std::optional<Vector3d> foremost_bone(const Anatomy& a, int side, const Vector3d
   return where;
 }
 
-// How far one spine lies from the other's mirror image in the plane that halves the line between the hips.
+// Distance of one spine from the other's mirror image in the plane midway between the hips, mm.
 double unlike(const Trunk& trunk, const Vector3d& left, const Vector3d& right) {
   const Vector3d middle = 0.5 * (trunk.hip[0]->centre + trunk.hip[1]->centre),
                  across = (trunk.hip[0]->centre - trunk.hip[1]->centre).normalized();
@@ -61,7 +61,7 @@ double unlike(const Trunk& trunk, const Vector3d& left, const Vector3d& right) {
 
 void find_iliac_spines(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, Landmarks& marks) {
   const double s = trunk.scale;
-  // surely the trunk's is bone over the hips, of which the spines are 60 mm away at most
+  // limits path length: the spines are at most 60 mm from bone above the hips that is surely the trunk's
   const auto is_pelvis = [&](std::int64_t i, std::int64_t j, std::int64_t k) {
     if (!a.bone.at(i, j, k) || limbs.arm_at(i, j, k)) return false;
     const auto owner = static_cast<Limb>(limbs.territory.owner.at(i, j, k));
@@ -73,14 +73,14 @@ void find_iliac_spines(const Anatomy& a, const Trunk& trunk, const Limbs& limbs,
     const FoundSphere& head = *trunk.hip[n];
     spine[n] = foremost_bone(a, side, head.centre, {{-25 * s, 75 * s}, {45 * s, 130 * s}}, is_pelvis);
     if (!spine[n] || (*spine[n])[1] >= head.centre[1] - 15 * s - 0.5 * a.step()) continue;
-    // where the scan's end or side hides a piece of the ilium, the foremost of what shows of it is elsewhere
+    // if the scan's end or side hides part of the ilium, its foremost visible point lies elsewhere
     constexpr double usual = 6, hidden = 30, beside = 15;
     const bool cut = head.cut || a.near_edge(*spine[n], beside * s);
     marks[std::string("asis") + side_suffix(side)] = {*spine[n], cut ? hidden : usual, 0, source};
   }
   const auto left = marks.find("asis_left"), right = marks.find("asis_right");
   if (left == marks.end() || right == marks.end()) return;
-  // healthy sides are alike within a finger's breadth, as they are found within their deviations
+  // healthy sides agree within a finger's breadth
   constexpr double alike = 30;  // mm
   const double apart = unlike(trunk, left->second.point, right->second.point);
   if (apart < alike * s) return;
@@ -88,20 +88,20 @@ void find_iliac_spines(const Anatomy& a, const Trunk& trunk, const Limbs& limbs,
     mark->deviation = std::max(mark->deviation, apart);
     mark->source += unlike_other_side;
   }
-  // or the hips are not: of children whose shoulders are not in view one was 30 mm off
+  // or the hips are wrong: in children without shoulders in view one was 30 mm off
   if (!trunk.shoulder[0])
     for (const char* hip : {"hip_left", "hip_right", "mid_hip"})
       if (const auto it = marks.find(hip); it != marks.end())
         it->second.deviation = std::max(it->second.deviation, apart);
 }
 
-// The spines are foremost of the wings, whose bone goes back above them and below: what is foremost at the
-// box's or the scan's end is none of them.
+// The ASIS is the foremost point of the wing, and bone recedes above and below it. A foremost point at the
+// end of the box or of the scan is therefore none.
 void find_iliac_spines_about(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, double level,
                              Landmarks& marks) {
   const double s = trunk.scale;
-  // where no hip tells the pelvis, and the gap at the sacrum keeps ways along bones from it, it is told from
-  // a hand's bones by its size
+  // Without hips, and with the sacroiliac gap blocking the paths along bones, size distinguishes the pelvis
+  // from a hand's bones.
   const double large = 40e3 * std::pow(s, 3);  // mm^3; a hand's bones together have some 20e3
   const Regions bones = connected_regions(a.bone, 6);
   const auto is_pelvis = [&](std::int64_t i, std::int64_t j, std::int64_t k) {
@@ -121,7 +121,7 @@ void find_iliac_spines_about(const Anatomy& a, const Trunk& trunk, const Limbs& 
     if ((*place)[1] > trunk.spine_at((*place)[2])[1] - 30 * s) return;
   }
   if (std::abs((*spine[0])[2] - (*spine[1])[2]) > 30 * s) return;
-  constexpr double usual = 12;  // mm: without hips the place that they are looked for at may be 30 mm off
+  constexpr double usual = 12;  // mm: without hips the assumed place may be 30 mm off
   for (const int side : {left_side, right_side})
     marks[std::string("asis") + side_suffix(side)] = {*spine[static_cast<std::size_t>(side)], usual, 0,
                                                       source};

@@ -6,11 +6,11 @@
 
 namespace borelli {
 
-/// Puts `asis_*` on the foremost bone of the pelvis over each of the two hips. Two that do not mirror each
-/// other are both as unsure as they differ.
+/// Adds `asis_*` at the foremost bone of the pelvis above each hip. If the two are not mirror images, their
+/// distance from symmetry becomes the deviation of both.
 void find_iliac_spines(const Anatomy& anatomy, const Trunk& trunk, const Limbs& limbs, Landmarks& marks);
 
-/// The same where no hips are in view, which would stand about `level` (mm, patient z).
+/// The same if no hips are in view; `level` is their estimated height (mm, patient z).
 void find_iliac_spines_about(const Anatomy& anatomy, const Trunk& trunk, const Limbs& limbs, double level,
                              Landmarks& marks);
 

@@ -22,12 +22,12 @@ namespace {
 
 using Eigen::Vector3d;
 
-// a slice of bone square to a direction
+// A section of bone perpendicular to a direction.
 struct Section {
-  Vector3d centre = Vector3d::Zero();  // its bone's mean, moved into the section's plane
-  Vector3d middle = Vector3d::Zero();  // half way between its ends where it is widest
-  Vector3d wide = Vector3d::UnitX();   // unit, along which it is widest
-  double ratio = 1;                    // of its standard deviations, widest to narrowest
+  Vector3d centre = Vector3d::Zero();  // mean of its bone, projected onto the section's plane
+  Vector3d middle = Vector3d::Zero();  // midway between its ends along `wide`
+  Vector3d wide = Vector3d::UnitX();   // unit direction of largest extent
+  double ratio = 1;                    // of its standard deviations, largest to smallest
   double area = 0;
 };
 
@@ -79,7 +79,7 @@ Section section_of(const Anatomy& a, const Limbs& limbs, Limb limb, const Vector
   return out;
 }
 
-// The middle of a bone's broad end, on the joint's axis, and the axis' ends at the bone's sides.
+// A bone's broad end: the centre on the joint's axis, and the axis' ends at the bone's sides.
 struct JointEnd {
   Vector3d centre, medial, lateral;
   double radius = 0;
@@ -87,30 +87,29 @@ struct JointEnd {
   bool measured = false;  // on a cylinder that the bone's edges agree on
 };
 
-constexpr double child_size = 0.8;  // at most, in parts of an adult's
+constexpr double child_size = 0.8;  // largest body size of a child, relative to an adult
 
-// of an elbow or knee by outlines alone, mm: in phantoms on slices of 5 and 8 mm they come out 8 to 20 mm too
-// far up the limb (`landmark_trials`, tests/suite), on the ICRP male's bones, which are broadest farther
-// down, less
+// deviation of an elbow or knee from outlines alone, mm: on slices of 5 and 8 mm phantoms come out 8 to 20 mm
+// too proximal (`landmark_trials`, tests/suite); the ICRP male, whose bones are broadest more distally, less
 constexpr double by_outline = 9.5;
 
 struct Cylinder {
   double reach, least, most, search;  // see fit_hinge; mm
-  double inner, outer;                // where the bone's sides are looked for along the axis
-  double agree;                       // share of the rays that must agree on the cylinder
-  double faces;  // 1: the joint's surface looks down the limb; 0: bone goes on to all sides of it
-  double above;  // the bone's section this far up the limb stands over the joint and is widest along its axis
-  bool farthest = false;  // on large voxels the farthest cylinder down the limb is the joint's (fit_hinge)
+  double inner, outer;                // range along the axis in which the bone's sides are searched, mm
+  double agree;                       // fraction of the rays that must agree on the cylinder
+  double faces;  // 1: the joint's surface faces down the limb; 0: bone continues on all sides of it
+  double above;  // mm up the limb; the section there is centred on the joint and widest along its axis
+  bool farthest = false;  // see fit_hinge: on large voxels, the cylinder farthest down the limb
 };
 
-// farthest place along a direction where bone ends
+// distance to the farthest end of bone along a direction
 std::optional<double> side_of_bone(const CloseUp& view, const Vector3d& from, const Vector3d& direction,
                                    double inner, double outer) {
   const auto falls = falls_along(view, from, direction, inner, outer);
   return falls.empty() ? std::nullopt : std::optional(falls.back());
 }
 
-// `bent`: tells place and axis where outlines of the next bone lie beside this one's.
+// `bent`: gives centre and axis if the outlines of the next bone lie beside this one's.
 JointEnd joint_end(const Anatomy& a, const Limbs& limbs, Limb limb, int side, const Vector3d& point,
                    const Vector3d& along, const Vector3d& left, const Cylinder& shape,
                    const std::optional<BentJoint>& bent = std::nullopt) {
@@ -127,8 +126,8 @@ JointEnd joint_end(const Anatomy& a, const Limbs& limbs, Limb limb, int side, co
                                shape.search, farthest);
   if (hinge && hinge->score >= shape.agree) {
     axis = hinge->axis;
-    // The farthest was the joint's in all 60 elbows on voxels of 5 mm that were looked at, and lay 10 to 20
-    // mm below the outlines' place; another that the edges agree on as well is given one chance in sixteen
+    // On voxels of 5 mm the farthest cylinder was the joint's in all 60 elbows tested, 10 to 20 mm below the
+    // place from the outlines. An alternative of equal score has a chance of one in sixteen.
     constexpr double by_chance = 0.25, below_outlines = 5;
     const bool of_shaft = farthest && (hinge->point - near).dot(along) < below_outlines;
     const double deviation = std::hypot(std::max(1.5, 2 * hinge->deviation), by_chance * hinge->other);
@@ -154,7 +153,7 @@ Landmark found(const Vector3d& point, double deviation, const char* source, doub
   return {point, deviation, radius, source};
 }
 
-// A side that the scan leaves out may be as far off as the bone is wide.
+// If the scan's edge hides one side of a bone, that side's deviation is the bone's width.
 void put_sides(const Anatomy& a, Landmarks& marks, const std::string& joint, const std::string& at,
                const JointEnd& end, double deviation, const char* source) {
   const double wide = (end.lateral - end.medial).norm();
@@ -163,8 +162,8 @@ void put_sides(const Anatomy& a, Landmarks& marks, const std::string& joint, con
         found(point, a.near_edge(point, 2 * a.step()) ? std::max(deviation, wide) : deviation, source);
 }
 
-// A malleolus' tip: from its side at the joint's level on down the limb, on lines within the bone's thickness
-// of that side, to where bone ends last.
+// Tip of a malleolus: the farthest end of bone along the limb, on lines from its side at the joint's level,
+// within the bone's thickness.
 std::optional<Vector3d> malleolus_tip(const CloseUp& view, const Vector3d& side, const Vector3d& inwards,
                                       const Vector3d& along) {
   constexpr double bone = 150;  // CT number
@@ -188,8 +187,8 @@ std::optional<Vector3d> malleolus_tip(const CloseUp& view, const Vector3d& side,
   return Vector3d(sum / count + last * along);
 }
 
-// How far down a limb from `line` the middle of the gap lies between the bone that ends there and the next:
-// the middling one of lines that begin in the bone, `up` above. Nothing where the scan does not resolve a
+// Signed distance along a limb from `line` to the middle of the gap between the bone above and the next one,
+// mm. It is robust over lines that begin in the bone, `up` mm above. Empty if the scan does not resolve a
 // gap.
 std::optional<double> gap_below(const CloseUp& view, const Section& section, const Vector3d& line,
                                 const Vector3d& along, double up) {
@@ -197,12 +196,12 @@ std::optional<double> gap_below(const CloseUp& view, const Section& section, con
   const double least = std::max(1.5, 0.9 * view.blur);  // less may be noise at a bone's side
   const Vector3d deep = along.cross(section.wide);
   const Vector3d middle = section.middle + (line - section.middle).dot(along) * along - up * along;
-  std::vector<double> ends, starts;  // of the bone, and of the next one below it
+  std::vector<double> ends, starts;  // end of the bone above, start of the bone below
   for (double x = -24; x <= 24; x += 3)
     for (double y = -12; y <= 12; y += 3) {
       const Vector3d from = middle + x * section.wide + y * deep;
       if (view.at(from) < bone) continue;
-      double end = 0;  // of the bone, while the line is in the gap
+      double end = 0;  // of the bone above; 0 while the line is in it
       for (double r = 0; r < up + 35; r += 0.5) {
         const bool in_bone = view.at(from + r * along) >= bone;
         if (end == 0 && !in_bone) end = r;
@@ -216,9 +215,9 @@ std::optional<double> gap_below(const CloseUp& view, const Section& section, con
   std::sort(ends.begin(), ends.end());
   std::sort(starts.begin(), starts.end());
   const std::size_t quarter = ends.size() / 4, half = ends.size() / 2;
-  // a shaft's lines that leave it sideways see no gap, or one anywhere
+  // lines that leave a shaft sideways meet no gap, or one anywhere
   if (ends[3 * quarter] - ends[quarter] > 8) return std::nullopt;
-  // some lines pass between the next bones to those after them
+  // some lines pass between the next bones to the ones beyond
   return 0.5 * (ends[half] + starts[quarter]) - up;
 }
 
@@ -244,7 +243,7 @@ void find_leg(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
 
   const JointsAlongWay joints = leg_joints(way, scale);
   if (joints.middle == 0 || is_absent(trunk.absent, "shank", at)) return;
-  // the condyles' middle stands one condyle's radius above the joint's gap
+  // the centre of the condyles lies one condyle radius above the joint's gap
   constexpr double condyle = 22;
   const Vector3d knee_line = way.points[way.index(joints.middle)];
   const Vector3d root = trunk.hip[n] ? trunk.hip[n]->centre : *trunk.femur[n];
@@ -256,28 +255,28 @@ void find_leg(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
                      {33 * scale, 15 * scale, 30 * scale, 22, 25 * scale, 58 * scale, 0.35, 1, 0}, bent_knee);
   };
   JointEnd k = condyles_at(end.centre - condyle * scale * down);
-  // where neither gap nor waist shows, the line is but the widest place: with a patella the condyles' own. On
-  // voxels that would not show a gap either, other round things pass for condyles; below a line that shows
-  // the tibia does
+  // Without a visible gap or waist, the line is only the widest place, which a patella moves to the condyles'
+  // own level. On voxels that would not show a gap either, other round structures pass for condyles; below a
+  // visible line the tibia does.
   constexpr double below_line = 5;
   if (!k.measured && !bent_knee && a.gaps_unseen(scale) == 0)
     if (const JointEnd lower = condyles_at(end.centre);
         lower.measured && !(joints.middle_seen && (lower.centre - end.centre).dot(down) > below_line * scale))
       k = lower;
-  // near a right angle and beyond outlines of both bones lie in each other's way, unless their shafts tell
+  // near a right angle and beyond, the outlines of both bones overlap, unless their shafts locate the joint
   const double beyond = joints.middle + 150 * scale;
   const Vector3d shank = way.points[way.index(beyond)] - way.points[way.index(joints.middle + 50 * scale)];
   constexpr double bent = 0.26;  // cosine of 75 degrees
   const bool folded = way.length() > beyond && shank.normalized().dot(down) < bent;
-  // where the scan ends above a knee, the shaft that broadens towards it passes for its end
+  // if the scan ends above a knee, the shaft that broadens towards it resembles its end
   constexpr double knee_in_view = 45;
   if (!k.measured && way.cut && a.near_edge(k.centre + knee_in_view * scale * down, a.step())) return;
   double deviation = !k.measured && folded && !bent_knee ? 45 * scale : k.deviation;
-  // of condyles that the scan's end or side cuts a cylinder fits what is in view, and the upper end of legs
-  // alone may pass for them
+  // On condyles that the scan's end or side cuts, a cylinder fits only the part in view. The upper end of
+  // legs alone may resemble condyles.
   constexpr double condyles_in_view = 30, thigh_in_view = 30, unlike_condyles = 60, half_wide = 40, cut = 12;
   if (a.near_edge(k.centre, half_wide * scale)) deviation = std::max(deviation, cut * scale);
-  const bool child = a.size < child_size;  // whose knees came out 17 mm too high 13 mm over the end
+  const bool child = a.size < child_size;  // 17 mm too proximal at 13 mm from the scan's end
   if (way.cut && a.near_edge(k.centre + (child ? 2 : 1) * condyles_in_view * scale * down, a.step()))
     deviation = std::max(deviation, condyles_in_view * scale);
   if (way.headless && a.near_edge(k.centre - thigh_in_view * scale * down, a.step()))
@@ -289,15 +288,15 @@ void find_leg(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
   put_sides(a, marks, "knee", at, k, deviation + 2, "bone: femoral epicondyle");
 
   if (joints.end == 0 || is_absent(trunk.absent, "foot", at)) return;
-  // straight on along the shank: the way itself turns into the foot before the joint
+  // continues straight along the shank, since the path itself turns into the foot before the joint
   const Vector3d flare = way.points[way.index(joints.end - flare_to_ankle * scale)];
   const Vector3d along = (flare - k.centre).normalized();
   const JointEnd m =
       joint_end(a, limbs, limb, side, flare + flare_to_ankle * scale * along, along, left,
                 {13 * scale, 9 * scale, 24 * scale, 15, 20 * scale, 48 * scale, 0.5, 0, 18 * scale});
-  // on voxels that show no talar dome, malleoli may be taken for each other's bones
+  // on voxels that do not resolve a talar dome, other bones may pass for malleoli
   const double unseen = m.measured ? 0 : 2 * a.gaps_unseen(scale);
-  const double blunt = std::hypot(unseen, 2 * a.over_fine());  // of their tips large voxels show less
+  const double blunt = std::hypot(unseen, 2 * a.over_fine());  // large voxels show less of the tips
   marks["ankle" + at] =
       found(m.centre, m.measured ? m.deviation : std::hypot(8, 0.5 * unseen),
             m.measured ? "bone: cylinder on the talar dome" : "bone: middle of the malleoli", m.radius);
@@ -312,11 +311,11 @@ void find_leg(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
 
 struct LikelyWrist {
   Vector3d point = Vector3d::Zero();
-  bool by_sections = false;  // it is where the bones' sections have it
-  double deviation = 0;      // by the other places that it may be at, mm
+  bool by_sections = false;  // it is the wrist from the bones' sections
+  double deviation = 0;      // from the alternative places, mm
 };
 
-// Where the bones' sections have the wrist, or where it is likelier.
+// The wrist from the bones' sections, or a more likely place.
 LikelyWrist likely_wrist(std::vector<WristPlace> places, const Vector3d& by_sections, double scale) {
   if (places.empty()) return {by_sections, true, 0};
   constexpr double same = 15, agreement_tells = 1.5;  // mm; log odds
@@ -337,9 +336,8 @@ LikelyWrist likely_wrist(std::vector<WristPlace> places, const Vector3d& by_sect
   return {kept ? by_sections : best->point, kept, std::sqrt(squares / sum)};
 }
 
-// Which of the elbow's sides is which is told by the way it bends, where it does (`down` and `along`: the
-// upper arm's direction and the forearm's): an arm over the head or turned inwards has them the other way
-// round.
+// The elbow's bend decides which side is medial, if it is bent (`down` and `along`: unit directions of upper
+// arm and forearm). With an arm overhead or turned inwards the sides are exchanged.
 void turn_elbow(int side, const Vector3d& down, const Vector3d& along, Landmarks& marks) {
   const std::string at = side_suffix(side);
   const Vector3d bent = along - along.dot(down) * down;
@@ -350,8 +348,8 @@ void turn_elbow(int side, const Vector3d& down, const Vector3d& along, Landmarks
     if (outwards.dot(lateral.point - medial.point) < 0) std::swap(medial, lateral);
     return;
   }
-  // a straight one: as though the arm had swung there by the shortest way. How it turned about itself on the
-  // way up, nothing tells
+  // A straight elbow: assumes that the arm swung there by the shortest rotation. Its own axial rotation on
+  // the way is unknown.
   const Vector3d swung = Eigen::Quaterniond::FromTwoVectors(-Vector3d::UnitZ(), down) *
                          Vector3d(side_sign(side) * Vector3d::UnitX());
   if (swung.dot(lateral.point - medial.point) < 0) std::swap(medial, lateral);
@@ -361,8 +359,8 @@ void turn_elbow(int side, const Vector3d& down, const Vector3d& along, Landmarks
       place->deviation = std::max(place->deviation, 0.5 * (lateral.point - medial.point).norm());
 }
 
-// A place on the way beyond a joint that tells the limb's direction there, where the next joint is not found:
-// the cut end, or as far as the shaft surely goes. Nothing where the way ends near the joint.
+// A place on the path distal to a joint that gives the limb's direction if the next joint is not found: the
+// cut end, or the last place that surely is shaft. Empty if the path ends near the joint.
 constexpr double forearm_shaft = 200, shank_shaft = 300;  // mm
 std::optional<Vector3d> far_end_of(const LimbWay& way, const Vector3d& joint, double shaft) {
   constexpr double enough = 60;  // mm
@@ -400,11 +398,11 @@ void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
                                {22 * scale, 6 * scale, 16 * scale, 24, 15 * scale, 45 * scale, 0.5, 1,
                                 22 * scale, a.over_fine() > 0.5},
                                bent_joint(a, limbs, limb, joints.middle, 50 * scale, 160 * scale));
-  // where the scan ends above an elbow, the shaft that broadens towards it passes for its end
+  // if the scan ends above an elbow, the shaft that broadens towards it resembles its end
   constexpr double joint_in_view = 30;
   if (way.cut && a.near_edge(e.centre + joint_in_view * scale * down, a.step())) return;
-  // a child's outlines of epicondyles on voxels as large beside it as ones of 6 mm beside an adult, and its
-  // cylinders on ones of 4 (9 mm off in 2 of 6 children at 3 mm)
+  // Extra deviation on large voxels: of epicondyles by outlines above 5 mm, of cylinders above 4 mm (9 mm off
+  // in 2 of 6 children at 3 mm, whose voxels are as large relative to the body).
   const double edge = std::max(std::cbrt(a.source->grid.voxel_volume()), a.step());
   const double coarse = a.size > child_size ? 0
                         : e.measured        ? (edge > 4 ? 8 : 0)
@@ -422,18 +420,18 @@ void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
       turn_sides((*beyond - e.centre).normalized());
     return;
   }
-  // the joint's line stands square to the forearm, between the styloids' sides just above it
+  // the joint's line is perpendicular to the forearm, between the sides of the styloids just above it
   const Vector3d by_sections = way.points[way.index(joints.end)];
   const LikelyWrist likely = a.gap_may_fuse(scale)
                                  ? likely_wrist(wrist_places(way, e.centre, scale), by_sections, scale)
                                  : LikelyWrist{by_sections, true, 0};
   const Vector3d& line = likely.point;
   const Vector3d along = (line - e.centre).normalized();
-  const double reach = (likely.by_sections ? 25 : 12) * scale;  // of the gap from there
+  const double reach = (likely.by_sections ? 25 : 12) * scale;  // maximum distance of the gap from there
   constexpr double up = 10;
   Section w = section_of(a, limbs, limb, line - up * along, along, 5, 40);
   Vector3d wrist = w.middle + up * along;
-  // the way tells the gap to some voxels; the scan itself tells it to less
+  // the path gives the gap to within some voxels; the scan itself is more precise
   const CloseUp view = close_up(*a.source, wrist, 90);
   for (int round = 0; round < 2; ++round)
     for (const double start : {10.0, 22.0}) {
@@ -443,7 +441,7 @@ void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
       wrist = w.middle + up * along;
       break;
     }
-  // where the scan cuts an arm and its voxels show no gap, a dip of a forearm's bones passes for one
+  // if the scan cuts an arm and the voxels show no gap, a dip in the forearm's section may pass for the wrist
   constexpr double hand_tells = 90;
   const double in_view = (way.points.back() - wrist).norm();
   const bool may_be_beyond = way.cut && a.gap_may_fuse(scale) && in_view < hand_tells * scale;
@@ -455,10 +453,10 @@ void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
   turn_sides(along);
 }
 
-// Where the scan cuts forearms and shanks whose far joint is not in view, or how far they go on where none is
-// found: that tells their direction.
+// Adds the ends of forearms and shanks whose far joint is missing: where the scan cuts them, or as far as the
+// shaft surely goes. The ends give the segment's direction.
 void place_far_ends(const Limbs& limbs, double scale, Landmarks& marks) {
-  constexpr double beside = 12;  // mm: the way goes along one of two bones
+  constexpr double beside = 12;  // mm: the path follows one of two bones
   struct LowerLimb {
     const LimbWay* way;
     const char *joint, *beyond, *name;
@@ -479,7 +477,7 @@ void place_far_ends(const Limbs& limbs, double scale, Landmarks& marks) {
 }  // namespace
 
 void find_limb_landmarks(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, Landmarks& marks) {
-  // each limb's are its own
+  // each limb writes its own landmarks
   std::array<Landmarks, 4> found_on;
   in_turns(std::ssize(found_on), a.threads, [&](std::int64_t first, std::int64_t last) {
     for (auto n = static_cast<std::size_t>(first); n < static_cast<std::size_t>(last); ++n)

@@ -1,4 +1,4 @@
-// Joint centres and bony points of the limbs, from the way along their bones.
+// Joint centres and bony points of the limbs, from the paths along their bones.
 #pragma once
 
 #include "segmentation/body/anatomy.hpp"
@@ -8,9 +8,8 @@
 
 namespace borelli {
 
-/// Landmarks of all limbs in view: hip_*, knee_* (with knee_medial_*, knee_lateral_*), ankle_*, heel_*,
-/// toe_tip_*, shoulder_*, elbow_*, wrist_*, and so on (see landmarks.hpp), each with its deviation and
-/// source.
+/// Adds the landmarks of all limbs in view, each with its deviation and source: hip_*, knee_* (with
+/// knee_medial_*, knee_lateral_*), ankle_*, shoulder_*, elbow_*, wrist_*, and so on (see landmarks.hpp).
 void find_limb_landmarks(const Anatomy& anatomy, const Trunk& trunk, const Limbs& limbs,
                          Landmarks& landmarks);
 

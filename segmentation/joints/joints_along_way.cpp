@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// place of the largest section in a stretch of the way, 0 where the way does not hold the stretch's start
+// position of the largest section in a stretch of the path; 0 if the path ends before the stretch
 double widest(const LimbWay& way, double from, double to) {
   if (way.length() < from) return 0;
   std::size_t best = way.index(from);
@@ -29,7 +29,7 @@ double narrowest(const LimbWay& way, double from, double to) {
 
 double section(const LimbWay& way, double s) { return way.section[way.index(s)]; }
 
-// the same, as a mean over 15 mm: coarse voxels make single sections of slender bones jump
+// the same as a mean over 15 mm: on coarse voxels single sections of slender bones jump
 double smooth_section(const LimbWay& way, double s) {
   double sum = 0;
   for (int n = -2; n <= 2; ++n) sum += section(way, s + n * LimbWay::spacing);
@@ -44,8 +44,8 @@ double middling_section(const LimbWay& way, double from, double to) {
   return *middle;
 }
 
-// the waist between a broad place and another broad one within `reach` of it: a joint's line where no gap is
-// seen between two bones' broad ends
+// the waist between a broad place and another one within `reach` of it: the joint's line if no gap is visible
+// between two broad bone ends
 std::optional<double> waist_near(const LimbWay& way, double broad, double reach) {
   const double at = section(way, broad);
   std::optional<double> best;
@@ -60,7 +60,7 @@ std::optional<double> waist_near(const LimbWay& way, double broad, double reach)
   return best;
 }
 
-// middle of the gap in the bones that is nearest to s, within `reach` of it
+// middle of the gap between bones that is nearest to s, within `reach` of it
 std::optional<double> gap_near(const LimbWay& way, double s, double reach) {
   std::optional<double> best;
   for (std::size_t n = way.index(s - reach); n <= way.index(s + reach); ++n) {
@@ -74,7 +74,7 @@ std::optional<double> gap_near(const LimbWay& way, double s, double reach) {
   return best;
 }
 
-// Whether a forearm's sections jump where its shaft's are all alike: the voxels are too coarse for it.
+// True if sections along a forearm's shaft, which should be alike, jump: the voxels are too coarse.
 bool is_noisy(const LimbWay& way, double from, double to) {
   const double usual = middling_section(way, from, to);
   double off = 0;
@@ -83,8 +83,8 @@ bool is_noisy(const LimbWay& way, double from, double to) {
   return off > 0.2 * usual;
 }
 
-// The first place in a stretch of an arm's way where hardly any bone is left of what the forearm's shaft has
-// (`thin`), with a hand's bones soon beyond: shows a wrist where noise hides all that is finer.
+// The first place in a stretch of an arm's path with little bone (below 0.4 `thin`, the shaft's section) and
+// a hand's bones soon beyond. It locates a wrist where noise hides all finer detail.
 std::optional<double> notch_before_hand(const LimbWay& way, double from, double to, double thin,
                                         double hand) {
   for (double s = from; s <= std::min(to, way.length() - hand); s += LimbWay::spacing) {
@@ -98,8 +98,8 @@ std::optional<double> notch_before_hand(const LimbWay& way, double from, double 
   return std::nullopt;
 }
 
-// The middle of the valley about a way's section n, as an index: half way between the places beside it where
-// the section stands half as high as at `flank`. Where a gap made the way dear, that is half way in space.
+// Index of the middle of the valley about section n: midway between the places beside it where the section
+// reaches half way up to `flank`. Midway is measured in space, since a gap lengthens the weighted path.
 std::size_t middle_of_valley(const LimbWay& way, std::size_t n, double flank) {
   const double level = 0.5 * (way.section[n] + flank);
   std::size_t from = n, to = n;
@@ -114,18 +114,18 @@ std::size_t middle_of_valley(const LimbWay& way, std::size_t n, double flank) {
 }  // namespace
 
 std::vector<WristPlace> wrist_places(const LimbWay& way, const Vector3d& elbow, double scale) {
-  constexpr double flanks = 45, bottom = 9;  // mm to both sides of a valley
-  constexpr double shallow = 0.75;           // of its lower flank's height
-  // Forearm, mm: of a body of usual size by `scale`, which makes women too tall. Of forearm and hand together
-  // the hand's bones have .39 to .43 along them, in phantoms and by de Leva (1996).
+  constexpr double flanks = 45, bottom = 9;  // mm to each side of a valley
+  constexpr double shallow = 0.75;           // largest section of a valley, relative to its lower flank
+  // Forearm of a body of usual size, mm; `scale` makes women too tall. The hand's bones make up .39 to .43 of
+  // forearm and hand, in phantoms and in de Leva (1996).
   constexpr double forearm = 262, forearm_varies = 0.07, share = 0.40, share_varies = 0.025;
   constexpr double shortest = 0.72, longest = 1.25;  // of a forearm
-  constexpr double depth_tells = 1.5;                // log odds of a gap against no dip at all
+  constexpr double depth_tells = 1.5;                // log odds of a gap against no dip
   const std::size_t count = way.points.size();
-  std::vector<double> beyond(count, 0);  // along the bones to the way's end, mm
+  std::vector<double> beyond(count, 0);  // along the bones to the path's end, mm
   for (std::size_t n = count - 1; n-- > 0;)
     beyond[n] = beyond[n + 1] + (way.points[n + 1] - way.points[n]).norm();
-  // from n on, forwards or backwards, as far as `reach` mm along the bones
+  // least and largest section from n on, forwards or backwards, up to `reach` mm along the bones
   const auto sections = [&](std::size_t n, bool forwards, double reach) {
     std::size_t end = n;
     while (forwards ? end + 1 < count : end > 0) {
@@ -163,7 +163,7 @@ std::vector<WristPlace> wrist_places(const LimbWay& way, const Vector3d& elbow, 
 
 JointsAlongWay leg_joints(const LimbWay& way, double scale) {
   JointsAlongWay joints;
-  // of a bone without its head the shaft must show, long enough to tell a knee from a shank's upper end
+  // without the femoral head, enough shaft must show to distinguish a knee from the upper end of a shank
   const double knee = widest(way, (way.headless ? 60 : 270) * scale, 580 * scale);
   if (knee == 0 || way.length() < knee + 20) return joints;
   const double shaft = narrowest(way, (way.headless ? 15 : 120) * scale, knee);
@@ -172,14 +172,14 @@ JointsAlongWay leg_joints(const LimbWay& way, double scale) {
   joints.middle = gap.value_or(waist.value_or(knee));
   joints.middle_seen = gap || waist;
 
-  // past the shank's shaft the tibia broadens to the ankle
+  // beyond the shank's shaft the tibia broadens to the ankle
   const double from = joints.middle + 280 * scale, to = joints.middle + 560 * scale;
   if (way.length() < from + 60) return joints;
   const double shank = middling_section(way, joints.middle + 150 * scale, joints.middle + 340 * scale);
   for (double s = from; s <= std::min(to, way.length() - 60) && joints.end == 0; s += LimbWay::spacing)
     if (smooth_section(way, s) >= 1.4 * shank) joints.end = s + flare_to_ankle * scale;
   if (joints.end > way.length() - 40) joints.end = 0;
-  // where the scan's side cuts the shank its bones look slender, and where they broaden is not seen
+  // if the scan's side cuts the shank, its bones look slender, and the broadening is not visible
   for (std::size_t n = way.index(from); n <= way.index(joints.end); ++n)
     if (joints.end > 0 && way.at_edge[n]) joints.end = 0;
   return joints;
@@ -191,15 +191,16 @@ JointsAlongWay arm_joints(const LimbWay& way, double scale) {
   if (elbow == 0 || way.length() < elbow + 20) return joints;
   const double shaft = narrowest(way, 60 * scale, elbow);
   if (section(way, elbow) < 1.6 * section(way, shaft)) return joints;
-  // where no gap is seen: the widest place holds trochlea, radial head and olecranon, below the joint's line
+  // no gap visible: the widest place includes trochlea, radial head and olecranon, and lies below the joint's
+  // line
   joints.middle = gap_near(way, elbow, 30 * scale).value_or(elbow - 8 * scale);
 
   const double from = joints.middle + 190 * scale, to = joints.middle + 340 * scale;
   if (way.length() < from + 60) return joints;
   const double thin = middling_section(way, joints.middle + 60 * scale, from);
-  // the radius's broad end, then the line of the joint; a slender one is but the widest place thereabouts
+  // the radius's broad end, then the joint's line; a slender radius gives only the widest place nearby
   double last = std::min(to, way.length() - 20), waist = 0;
-  // past the forearm's bones, whose section falls there to half, a hand's knuckles may be as broad
+  // beyond the forearm's bones, where the section falls to half, a hand's knuckles may be as broad
   for (double s = from; s < last; s += LimbWay::spacing)
     if (section(way, s) < 0.5 * thin) waist = narrowest(way, s, s + 15 * scale), last = s;
   double broad = 0;
@@ -210,7 +211,7 @@ JointsAlongWay arm_joints(const LimbWay& way, double scale) {
   for (double s = from; s <= last && broad == 0; s += LimbWay::spacing)
     if (smooth_section(way, s) >= 1.25 * thin) broad = widest(way, s, s + 24 * scale);
   if (broad == 0) broad = widest(way, std::min(joints.middle + 200 * scale, last), last);
-  // where the bones of a bent wrist meet, its waist is less narrow than the hand's own farther on
+  // in a bent wrist the carpal waist is less narrow than the hand's own farther on
   constexpr double carpus = 36;
   if (waist > broad + carpus * scale) {
     const double low = narrowest(way, broad, broad + carpus * scale);
@@ -218,7 +219,7 @@ JointsAlongWay arm_joints(const LimbWay& way, double scale) {
   }
   const auto gap = gap_near(way, broad, 24 * scale);
   joints.end = gap.value_or(waist > 0 ? waist : broad + 9 * scale);
-  // where the scan cuts the arm, a broad place by its end is no wrist without a hand beyond
+  // if the scan cuts the arm, a broad place near its end is no wrist without a hand beyond
   constexpr double hand_in_view = 40;
   if (way.cut && !gap && way.length() < joints.end + hand_in_view * scale) joints.end = 0;
   return joints;

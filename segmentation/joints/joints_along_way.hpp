@@ -1,4 +1,5 @@
-// Where the lines between a limb's bones lie along its way, by the sections and gaps of its bones.
+// Positions of the joints along a limb's path, from the cross sections of its bones and the gaps between
+// them.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,29 +9,29 @@
 
 namespace borelli {
 
-/// From where the tibia is half as thick again as at its narrowest to the ankle's centre, mm of an adult.
+/// Distance along the tibia from where its section is 1.4 times the shaft's to the ankle centre, mm in an
+/// adult.
 inline constexpr double flare_to_ankle = 42;
 
-/// Where along a limb's way the lines between its bones lie, in mm from the root; 0 for one that is not in
-/// view.
+/// Positions along a limb's path, mm from its root; 0 for a joint out of view.
 struct JointsAlongWay {
   double middle = 0;         ///< knee or elbow
-  bool middle_seen = false;  ///< of a knee: by a gap or waist between its bones, not by their breadth alone
+  bool middle_seen = false;  ///< knee: located by a gap or waist, not only by the widest place
   double end = 0;            ///< ankle or wrist
 };
 
 JointsAlongWay leg_joints(const LimbWay& way, double scale);
 JointsAlongWay arm_joints(const LimbWay& way, double scale);
 
-/// A place on an arm's way that may be its wrist.
+/// A candidate wrist on an arm's path.
 struct WristPlace {
-  Eigen::Vector3d point;  ///< mm
+  Eigen::Vector3d point;  ///< log odds against a place with no dip and usual lengths
   double log_odds = 0;    ///< against a place without a dip and of usual lengths
 };
 
-/// The places beyond the elbow (mm) where the bones' section dips between broader ones, in their order. On
-/// voxels as large as the wrist's gap its dip may be shallower than that behind the carpus; the lengths of
-/// forearm and hand then tell which it is.
+/// Candidate wrists distal to the elbow (mm), in order along the path: dips of the bones' section between
+/// broader places. On voxels as large as the wrist's gap, the dip distal to the carpus may be the deeper one;
+/// the lengths of forearm and hand then decide.
 std::vector<WristPlace> wrist_places(const LimbWay& way, const Eigen::Vector3d& elbow, double scale);
 
 }  // namespace borelli

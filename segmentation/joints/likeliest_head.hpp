@@ -11,8 +11,8 @@
 
 namespace borelli {
 
-/// The most probable ball that passes `fits(ball)`, searched about the best votes that pass it. Empty if no
-/// solid ball passes.
+/// The most probable sphere that passes `fits(ball)`, searched about the best votes that pass it. Empty if no
+/// solid sphere passes.
 template <class Fits>
 std::optional<FoundSphere> likeliest_head(const Anatomy& a, const HeadsInBody& body, RoundHeads& candidates,
                                           const Fits& fits) {
@@ -27,7 +27,7 @@ std::optional<FoundSphere> likeliest_head(const Anatomy& a, const HeadsInBody& b
       return false;
     places.push_back(place);
     for (const FoundSphere& ball : candidates.about(place)) {
-      // as of a pair that are alike
+      // same score as of a pair of equal heads
       const double score = std::pow(agreement(a, ball), 2) * std::exp(-std::pow((ball.radius - 25) / 7, 2));
       if (score > most && fits(ball) && body.solid(ball)) most = score, best = ball;
     }
@@ -39,12 +39,12 @@ std::optional<FoundSphere> likeliest_head(const Anatomy& a, const HeadsInBody& b
   return best;
 }
 
-/// Finds the humeral head above `hip` on the same side; the top of a lung lies beside and below it. Empty if
+/// Finds the humeral head above `hip` on the same side, with the top of a lung beside and below it. Empty if
 /// there is none.
 std::optional<FoundSphere> find_shoulder_over(const FoundSphere& hip, int side, const Anatomy& anatomy,
                                               const HeadsInBody& body, RoundHeads& candidates);
 
-/// The ball mirrored in the sagittal plane x = `middle` (mm, LPS).
+/// The sphere mirrored in the sagittal plane x = `middle` (mm, LPS).
 FoundSphere mirror_image(FoundSphere ball, double middle);
 
 }  // namespace borelli

@@ -23,7 +23,7 @@ constexpr std::array<Length, 4> lengths{{{"hip", "knee", false, 422.2},
                                          {"shoulder", "elbow", true, 281.7},
                                          {"elbow", "wrist", true, 268.9}}};
 
-// The joint at a limb's far end; its epicondyles are as far off as it is.
+// Marks the joint at a limb's far end as doubtful; its epicondyles are as far off.
 void doubt(const std::string& joint, int side, double by, std::string_view why, Landmarks& marks) {
   const std::string at = side_suffix(side);
   Landmark& mark = marks.at(joint + at);
@@ -40,7 +40,7 @@ struct Side {
   const Landmark* to = nullptr;
   double length() const { return (to->point - from->point).norm(); }
   double variance() const { return from->deviation * from->deviation + to->deviation * to->deviation; }
-  // a proportion was taken from the other side, and compares with nothing
+  // a proportion was copied from the other side, so it cannot be compared
   bool measured() const { return from && to && !to->source.starts_with("proportion") && !is_doubted(*from); }
 };
 
@@ -64,7 +64,7 @@ void place_cut_ankles(const Trunk& trunk, const Limbs& limbs, Landmarks& marks) 
       if (!past_knee) continue;
       cut = cut || way.at_edge[n];
       if (r < length) continue;
-      // lengths left and right differ by some 2 %; the way keeps within what shows of the bones
+      // left and right lengths differ by some 2 %; the path stays within the visible part of the bones
       constexpr double within = 15;
       if (cut)
         marks["ankle" + at] = {way.points[n], std::hypot(0.02 * length, within), 0,
@@ -76,13 +76,12 @@ void place_cut_ankles(const Trunk& trunk, const Limbs& limbs, Landmarks& marks) 
 
 void doubt_unlike_lengths(const Trunk& trunk, const Limbs& limbs, Landmarks& marks, bool large_voxels) {
   constexpr double sides_differ = 0.03;  // of a length
-  // of the length that de Leva's male has at this size: in his women and in phantoms drawn from both it is
-  // .81 to 1.11
+  // relative to de Leva's male at this size: his women and phantoms drawn from both have .81 to 1.11
   constexpr double shortest = 0.75, longest = 1.2;
-  // and of the arm's own other length, where that alone tells it or the arm is cut (a gap of noise in a cut
-  // forearm passes for its wrist): in phantoms it is .87 to 1.13
+  // forearm relative to the upper arm, if only that gives its length, or if the arm is cut (noise in a cut
+  // forearm passes for a wrist's gap): .87 to 1.13 in phantoms
   constexpr std::array<double, 2> of_arm{0.8, 1.2}, of_cut_arm{0.85, 1.15};
-  constexpr double surer = 1.5;  // times the deviation
+  constexpr double surer = 1.5;  // ratio of deviations
   const bool size_is_told = trunk.hip[0] && trunk.hip[1] && trunk.shoulder[0] && trunk.shoulder[1];
   std::array<Side, 2> before, side;
   for (const Length& limb : lengths) {
@@ -98,7 +97,7 @@ void doubt_unlike_lengths(const Trunk& trunk, const Limbs& limbs, Landmarks& mar
       return &limb == &lengths[3] && before[static_cast<std::size_t>(n)].measured() &&
              (!size_is_told || limbs.arm(n).cut);
     };
-    const auto usual = [&](int n) {  // 0: nothing tells it
+    const auto usual = [&](int n) {  // 0: unknown
       if (by_arm(n)) return limb.usual / lengths[2].usual * before[static_cast<std::size_t>(n)].length();
       return size_is_told ? limb.usual * trunk.scale : 0;
     };

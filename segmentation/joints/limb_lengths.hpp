@@ -1,4 +1,4 @@
-// What the lengths of limbs tell of their joints: left and right are nearly alike.
+// Checks of joints by limb lengths: left and right are nearly alike.
 #pragma once
 
 #include <string_view>
@@ -8,20 +8,23 @@
 
 namespace borelli {
 
-/// Places the ankles of shanks whose bones the scan's side cuts (a field of view too narrow), which hides
-/// where the tibia broadens, at the other shank's length along the way; an ankle that is found stays.
+/// Places an ankle that is missing because the scan's side cuts the shank (a narrow field of view hides where
+/// the tibia broadens): at the other shank's length along the path. Keeps an ankle that was found.
 void place_cut_ankles(const Trunk& trunk, const Limbs& limbs, Landmarks& marks);
 
-/// Whether a comparison of lengths found a joint not to be where it seems.
+/// True if a comparison of lengths marked the joint as doubtful.
 bool is_doubted(const Landmark& mark);
 
-/// Compares each limb's lengths from joint to joint, left with right, and with the body's size where hips and
-/// shoulders both tell it (else forearms with the upper arms). Where they differ by more than those of bodies
-/// do (3 % of the length) and the two joints' own deviations together, a joint is not where it seems: the one
-/// that is less surely found, else the one whose limb is of unlikely length for the body, else both; of arms
-/// whose bones meet always both, since what one lacks the other has, and both on `large_voxels`, where
-/// another bone's end passes for a cylinder. Its deviation and its epicondyles' grow to the difference, and
-/// its source ends with `unlike_other_side`, or with `unlike_body` where both sides are as unlikely.
+/// Compares each limb's lengths from joint to joint, left with right. Also compares them with the body's size
+/// if hips and shoulders both give it, and forearms with upper arms otherwise or if the arm is cut.
+///
+/// Left and right disagree if they differ by more than 3 % of the length plus the joints' deviations. The far
+/// joint with the clearly larger deviation is then doubtful; else the one whose length is unlikely for the
+/// body; else both. Both are doubtful in arms that touch, since one gains what the other lacks, and on
+/// `large_voxels`, where the end of another bone passes for a cylinder.
+///
+/// The deviations of a doubtful joint and its epicondyles grow to the difference. Its source ends with
+/// `unlike_other_side`, or with `unlike_body` if only the body's size contradicts it.
 void doubt_unlike_lengths(const Trunk& trunk, const Limbs& limbs, Landmarks& marks,
                           bool large_voxels = false);
 

@@ -20,8 +20,8 @@ struct Flesh {
   std::vector<Vector3d> body, bone;  // voxel centres, mm
 };
 
-// A hand's or foot's own flesh, with what the bone before it owns beyond the joint (near joints bones decide
-// by nearness, and a heel may fall to the shank).
+// Flesh of a hand or foot, including what the segment before it owns distal to the joint. (Near joints bones
+// are assigned by distance, and a heel may fall to the shank.)
 Flesh flesh_of(const Anatomy& a, const Volume<std::uint8_t>& owner, const std::string& part,
                const std::string& before, const Vector3d& joint, const Vector3d& outwards) {
   const auto label = static_cast<std::uint8_t>(part_label(part)),
@@ -49,10 +49,11 @@ Flesh flesh_of(const Anatomy& a, const Volume<std::uint8_t>& owner, const std::s
   return flesh;
 }
 
-// an end's last layer, whose middle is taken so that a blunt end has its middle and not a chance voxel
+// thickness of an end's last layer; its mean gives a blunt end's centre and not a chance voxel
 double layer(const Anatomy& a) { return std::max(5.0, 1.5 * a.step()); }
 
-// The end of some places along a direction: the middle of the last layer, put on the farthest place's face.
+// End of a set of voxels along a direction: the mean of the last layer, moved to the outer face of the
+// farthest voxel.
 std::optional<Vector3d> end_along(const Anatomy& a, const std::vector<Vector3d>& places,
                                   const Vector3d& direction, double thick) {
   double farthest = -1e9;
@@ -66,8 +67,7 @@ std::optional<Vector3d> end_along(const Anatomy& a, const std::vector<Vector3d>&
   return Vector3d(middle + (farthest + 0.5 * a.step() - middle.dot(direction)) * direction);
 }
 
-// The place farthest from the wrist: of the fingers' tips the third's, however the hand is turned in the
-// wrist.
+// The point farthest from the wrist: the tip of the third finger, however the hand is turned at the wrist.
 std::optional<Vector3d> finger_tip(const Anatomy& a, const std::vector<Vector3d>& hand,
                                    const Vector3d& wrist) {
   const Vector3d* last = nullptr;
@@ -75,7 +75,7 @@ std::optional<Vector3d> finger_tip(const Anatomy& a, const std::vector<Vector3d>
     if (!last || (p - wrist).squaredNorm() > (*last - wrist).squaredNorm()) last = &p;
   if (!last) return std::nullopt;
   const double farthest = (*last - wrist).norm();
-  constexpr double finger = 14;  // no farther from the farthest place than a finger is thick
+  constexpr double finger = 14;  // mm: a finger's thickness
   Vector3d sum = Vector3d::Zero();
   int count = 0;
   for (const auto& p : hand)
@@ -84,7 +84,7 @@ std::optional<Vector3d> finger_tip(const Anatomy& a, const std::vector<Vector3d>
   return Vector3d(wrist + (farthest + 0.5 * a.step()) * direction);
 }
 
-// unit, along which places spread most
+// unit direction of largest variance
 Vector3d longest_axis(const std::vector<Vector3d>& places) {
   Vector3d mean = Vector3d::Zero();
   for (const auto& p : places) mean += p;
@@ -95,10 +95,11 @@ Vector3d longest_axis(const std::vector<Vector3d>& places) {
 }
 
 struct FootAxes {
-  Vector3d forward, down;  // unit: along the sole to the toes, square to the sole
+  Vector3d forward, down;  // unit: along the sole to the toes; perpendicular to the sole
 };
 
-// Forward as the foot's bones spread, then along the sole: through what lies lowest under heel and ball.
+// Starts with the principal axis of the foot's bones, then follows the sole: the lowest points under heel and
+// ball.
 FootAxes foot_axes(const Anatomy& a, const Flesh& foot, const Vector3d& ankle, const Vector3d& shank) {
   Vector3d mean = Vector3d::Zero();
   for (const auto& p : foot.bone) mean += p;
@@ -125,7 +126,7 @@ FootAxes foot_axes(const Anatomy& a, const Flesh& foot, const Vector3d& ankle, c
     if (!rear || !front) break;
     Vector3d along = *front - *rear;
     along -= along.dot(across) * across;
-    // twenty degrees from the bones' line is no sole, but a foot bent or a piece of one
+    // more than twenty degrees from the bones' axis is no sole: the foot is bent or only partly in view
     if (along.normalized().dot(by_bones.forward) < 0.94) return by_bones;
     forward = along.normalized();
     down = across.cross(forward);
@@ -141,7 +142,7 @@ void find_hand_end(const Anatomy& a, const Volume<std::uint8_t>& owner, const st
   const Flesh hand = flesh_of(a, owner, "hand" + side, "forearm" + side, wrist, wrist - elbow->second.point);
   const auto finger = finger_tip(a, hand.body, wrist);
   if (!finger) return;
-  const double unseen = 0.5 * a.gaps_unseen(scale);  // a wrist far off has its hand's axis turned
+  const double unseen = 0.5 * a.gaps_unseen(scale);  // an error of the wrist turns the hand's axis
   marks["dactylion_3" + side] = {*finger, std::hypot(6, unseen), 0, "skin: tip of the hand"};
   // de Leva (1996): wrist to third metacarpale 86.2 of 187.9 mm to the dactylion
   marks["metacarpale_3" + side] = {wrist + 0.4588 * (*finger - wrist), std::hypot(8, unseen), 0,
@@ -159,7 +160,7 @@ void find_foot_ends(const Anatomy& a, const Volume<std::uint8_t>& owner, const s
   const FootAxes axes = foot_axes(a, foot, ankle, shank);
   if (const auto toe = end_along(a, foot.body, axes.forward, layer(a)))
     marks["toe_tip" + side] = {*toe, 5, 0, "skin: foremost point of the foot"};
-  // what lies above is the heel's tendon
+  // the heel's tendon lies above
   std::vector<Vector3d> below;
   for (const auto& p : foot.body)
     if ((p - ankle).dot(axes.down) > 10 * scale) below.push_back(p);

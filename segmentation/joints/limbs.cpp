@@ -10,17 +10,17 @@ namespace {
 
 using Eigen::Vector3d;
 
-// half a joint's gap, mm: at this distance from bone a step costs twice that along it
+// half a joint's gap, mm: at this distance from bone a step costs twice as much as along bone
 constexpr double gap = 2;
-// medial of a head's centre by this much, bone is the trunk's
+// bone more than this medial of a head's centre is the trunk's, mm
 constexpr double medial = 30;
-// how far the pelvis and its wings stand before and behind the hips, the breastbone before the column, and
-// clavicles above the shoulders, with a finger's breadth more, mm in a body of usual size
+// extents with a finger's breadth more, mm in a body of usual size: pelvis and its wings in front of and
+// behind the hips, breastbone in front of the spine, clavicles above the shoulders
 constexpr double pelvis_front = 80, pelvis_back = 95, wing_back = 70, chest_front = 150, girdle_top = 60;
 
-// Cost of a step per mm at a distance from bone. Farther off than half of any joint's gap bones lie near each
-// other by chance, as a hand's beside the hip: such ways are dear, so that they lead into no other limb's
-// bones, but not closed, since coarse or noisy voxels lose small bones.
+// Cost per mm at a distance from bone. Beyond half of any joint's gap, bones are neighbours by chance, as a
+// hand's beside the hip. Such paths are expensive, so that they do not enter another limb's bones. They are
+// not closed, since coarse or noisy voxels lose small bones.
 double step_cost(double off_bone) {
   constexpr double no_joint = 4;  // mm
   return 1 + std::pow(off_bone / gap, 2) * std::pow(std::max(1.0, off_bone / no_joint), 3);
@@ -30,8 +30,8 @@ Vector3d middle_of(const std::array<std::optional<FoundSphere>, 2>& pair) {
   return 0.5 * (pair[0]->centre + pair[1]->centre);
 }
 
-// Marks the trunk's own bones, and in `wings` those of them that are so by nothing but their place over the
-// hips, where the pelvis' wings are, and perhaps a hand.
+// Marks the trunk's own bones. `wings`: those marked only by their place above the hips, where the iliac
+// wings lie and perhaps a hand.
 void mark_axial(const Anatomy& a, const Trunk& trunk, Volume<std::uint8_t>& seeds, Mask& wings) {
   const auto& g = a.grid();
   const bool hips = trunk.hip[0] && trunk.hip[1], shoulders = trunk.shoulder[0] && trunk.shoulder[1];
@@ -44,7 +44,7 @@ void mark_axial(const Anatomy& a, const Trunk& trunk, Volume<std::uint8_t>& seed
       for (std::int64_t i = 0; i < g.size[0]; ++i) {
         if (!a.bone.at(i, j, k)) continue;
         const Vector3d p = g.point(i, j, k);
-        // a hand on the belly, on the chest or over the head lies between hips and shoulders, too, but
+        // a hand on the belly, on the chest or over the head also lies between hips and shoulders, but
         // farther forward or higher than the trunk's own bones
         const double size = trunk.scale;
         const bool at_pelvis = hips && p[1] > middle_of(trunk.hip)[1] - pelvis_front * size &&
@@ -61,7 +61,7 @@ void mark_axial(const Anatomy& a, const Trunk& trunk, Volume<std::uint8_t>& seed
           axial = axial || between(trunk.hip, p);
         if (at_chest && p[2] > std::min(trunk.shoulder[0]->centre[2], trunk.shoulder[1]->centre[2]) - 165)
           axial = axial || between(trunk.shoulder, p);
-        // above both hips by a hand's breadth nothing is a leg's
+        // more than 60 mm above both hips no bone is a leg's
         if (at_pelvis && p[2] > std::max(trunk.hip[0]->centre[2], trunk.hip[1]->centre[2]) + 60 * size) {
           const Vector3d left = (trunk.hip[0]->centre - trunk.hip[1]->centre).normalized();
           const bool behind_wings = p[1] > middle_of(trunk.hip)[1] + wing_back * size;
@@ -109,7 +109,7 @@ LimbWay follow(const Anatomy& a, const Geodesic& territory, Limb limb) {
   if (farthest <= 0) return way;
   way.present = true;
   way.cut = a.near_edge(point(end), 8);
-  // equally spaced in length, then smoothed over some 15 mm
+  // resamples at equal path lengths, then smooths over some 15 mm
   const auto voxels = territory.way_to(end);
   std::vector<Vector3d> raw;
   std::size_t at = 0;
@@ -142,7 +142,7 @@ LimbWay follow(const Anatomy& a, const Geodesic& territory, Limb limb) {
   return way;
 }
 
-constexpr float longest_limb = 3000;  // mm of way
+constexpr float longest_limb = 3000;  // mm of path
 constexpr SeedKinds kind_of_limb{
     0,
     wall_kind(limb_of(BodyRegion::leg, left_side)),
@@ -168,8 +168,8 @@ Limbs limbs_of(const Anatomy& a, const Trunk& trunk, Geodesic territory) {
   return limbs;
 }
 
-// Takes away the trunk's seeds over the hips in small bones that hold no other seed of the trunk's: a hand's.
-// The wings themselves are large, and ribs begin at the column.
+// Removes the trunk's seeds above the hips in small bones without any other seed of the trunk: those of a
+// hand. The iliac wings are large, and ribs begin at the spine.
 void unmark_hands(const Anatomy& a, const Trunk& trunk, const Mask& wings, Volume<std::uint8_t>& seeds) {
   const double small = 40e3 * std::pow(trunk.scale, 3);  // mm^3; a hand's bones together have some 20e3
   constexpr auto axial = static_cast<std::uint8_t>(Limb::axial);
@@ -186,11 +186,11 @@ void unmark_hands(const Anatomy& a, const Trunk& trunk, const Mask& wings, Volum
   }
 }
 
-// Ways along bones where the trunk's bones reach no farther than bone goes on from their seeds, and less than
-// a gap beyond: the rest is the limbs', however far from their heads.
+// Paths along bones with a limited trunk: it extends only along bone from its seeds and less than a gap
+// beyond. The rest goes to the limbs, however far from their heads.
 Geodesic territory_of_kept_trunk(const Anatomy& a, const Trunk& trunk, const Volume<float>& cost,
                                  const Volume<std::uint8_t>& seeds) {
-  constexpr double along_bone = 150, beyond = 30;  // mm of way: half a rib's reach; less than a gap costs
+  constexpr double along_bone = 150, beyond = 30;  // mm of path: half a rib; less than a gap's cost
   constexpr auto axial = static_cast<std::uint8_t>(Limb::axial);
   Volume<float> open = cost;
   for (std::size_t o = 0; o < open.voxels.size(); ++o)
@@ -228,11 +228,11 @@ bool arms_meet(const Geodesic& territory) {
   return false;
 }
 
-// Where one hand lies on the other or on the other forearm, the way over to the other's bones may be shorter
-// than along its own. Bones that an arm reaches through no more than a joint's gap are its own: each arm's
-// ways are found anew without the other's.
+// Separates the arms. If one hand lies on the other hand or forearm, the path to the other's bones may be
+// shorter than along its own. Bones that an arm reaches across no more than a joint's gap are its own; each
+// arm's paths are then found without the other's bones.
 void part_arms(const Anatomy& a, const Volume<float>& cost, const Volume<std::uint8_t>& seeds, Limbs& limbs) {
-  // by the gaps crossed, hardly by the way along bone; a joint's gap is thin, so that it shows less dark
+  // cost by the gaps crossed, hardly by the length along bone; a joint's gap is thin, so it looks less dark
   constexpr float along_bone = 0.02F;
   constexpr double soft = 50, bone = 200, widest = 8;  // CT numbers; mm off bone
   Volume<float> open = cost;
@@ -299,9 +299,9 @@ Limbs trace_limbs(const Anatomy& a, const Trunk& trunk) {
       a, trunk, geodesic(walled(a, Places(g, a.threads, cost_at), kind_of_limb), seeds, true, longest_limb));
   limbs.arms_meet = arms_meet(limbs.territory);
   if (limbs.arms_meet) part_arms(a, cost(), seeds, limbs);
-  // A hand on the hip lies as near to the pelvis' bones as its own do to each other, and the way to it from
-  // there is shorter than along its arm. The arm then ends early, or before the other arm does.
-  constexpr double far_enough = 500, gained = 100;  // mm; of a whole arm's way some 700
+  // A hand on the hip is as near to the pelvis' bones as to its own, and the path from there is shorter than
+  // along its arm. The arm then ends early, or before the other arm does.
+  constexpr double far_enough = 500, gained = 100;  // mm; a whole arm's path has some 700
   const auto ends_early = [&](int side) {
     const LimbWay &way = limbs.arm(side), &other = limbs.arm(1 - side);
     return way.present && !way.cut &&

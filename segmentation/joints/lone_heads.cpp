@@ -41,7 +41,7 @@ Content content_of(const Anatomy& a, const Cuboid& box) {
         if (g.holds(i, j, k)) {
           shown += a.scan.seen.at(i, j, k);
           bone += a.bone.at(i, j, k);
-        } else {  // outside the work grid, the scan shows air
+        } else {  // the scan also covers air outside the work grid
           const Vector3d at = scan.index(
               g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k))));
           shown += scan.holds(std::lround(at[0]), std::lround(at[1]), std::lround(at[2]));
@@ -50,7 +50,7 @@ Content content_of(const Anatomy& a, const Cuboid& box) {
   return {bone * g.voxel_volume(), all > 0 ? shown / all : 0};
 }
 
-// Whether `own` holds a limb's bone, while the mirror image of `own` is in view and holds less than `hardly`
+// True if `own` contains a limb's bone, while its mirror image is in view and contains less than `hardly`
 // times as much.
 bool limb_is_gone(const Anatomy& a, const Cuboid& own, double middle, double hardly) {
   constexpr double least = 15e3, in_view = 0.6;  // mm^3
@@ -60,7 +60,7 @@ bool limb_is_gone(const Anatomy& a, const Cuboid& own, double middle, double har
 
 Cuboid cuboid_of(const Vector3d& a, const Vector3d& b) { return {a.cwiseMin(b), a.cwiseMax(b)}; }
 
-// Compares the two thighs' places below the hips.
+// Compares the regions of the two thighs below the hips.
 bool leg_is_gone(const Anatomy& a, const FoundSphere& hip, double middle, int side) {
   constexpr double near_middle = 15, outside = 120, deep = 100, below = 90, far_below = 300;
   const Vector3d c = hip.centre;
@@ -71,10 +71,10 @@ bool leg_is_gone(const Anatomy& a, const FoundSphere& hip, double middle, int si
       middle, 0.1);
 }
 
-// Compares the two arms' places below the humeral heads and outside the ribs.
+// Compares the regions of the two arms below the humeral heads and outside the ribs.
 bool arm_is_gone(const Anatomy& a, const Vector3d& head, double middle, int side, double hardly) {
   constexpr double inside = 5, outside = 100, deep = 100, below = 60, far_below = 330;
-  // a raised arm is none beside the chest
+  // a raised arm does not lie beside the chest
   constexpr double inwards = 60, above = 60, far_above = 200, most = 5e3, in_view = 0.6;  // mm, mm^3
   const Content raised = content_of(
       a, cuboid_of(Vector3d(head[0] - side_sign(side) * inwards, head[1] - deep, head[2] + above),
@@ -116,7 +116,7 @@ void find_lone_hip(const Anatomy& a, const HeadsInBody& body, RoundHeads& candid
     const bool told = is_absent(trunk.absent, "thigh", side_suffix(1 - side));
     if (is_absent(trunk.absent, "thigh", side_suffix(side)) || (trunk.hip[0] && !told)) continue;
     const bool shoulders = trunk.shoulder[0] && trunk.shoulder[1];
-    if (!told && !shoulders) continue;  // little tells a hip alone from what else is round
+    if (!told && !shoulders) continue;  // a single hip is hard to distinguish from other round bone
     const auto hip = hip_of(side, a, body, candidates, trunk);
     if (!hip) continue;
     const double middle = shoulders ? middle_x(trunk.shoulder) : hip->centre[0] - side_sign(side) * hips_half;
@@ -135,7 +135,7 @@ void find_lone_shoulder(const Anatomy& a, const HeadsInBody& body, RoundHeads& c
     const bool told = is_absent(trunk.absent, "upper_arm", side_suffix(1 - side));
     if (is_absent(trunk.absent, "upper_arm", side_suffix(side))) continue;
     if (!told && trunk.shoulder[n]) {
-      // what passes for a pair of heads then lies farther inwards, among the ribs
+      // a false pair of heads lies farther medial, among the ribs
       Vector3d outer = trunk.shoulder[n]->centre;
       const double aside = std::max(std::abs(trunk.shoulder[0]->centre[0] - middle),
                                     std::abs(trunk.shoulder[1]->centre[0] - middle));
@@ -143,7 +143,7 @@ void find_lone_shoulder(const Anatomy& a, const HeadsInBody& body, RoundHeads& c
       if (!arm_is_gone(a, outer, middle, side, 0.5)) continue;
     }
     const auto shoulder = find_shoulder_over(*trunk.hip[n], side, a, body, candidates);
-    // of a pair that is one both are heads, however short the other arm's stump
+    // a true pair has two heads, however short the other arm's stump
     constexpr double same = 10;  // mm
     if (shoulder && !told && trunk.shoulder[n] &&
         (trunk.shoulder[n]->centre - shoulder->centre).norm() < same)
@@ -188,7 +188,7 @@ void settle_lone_heads(Trunk& trunk) {
   for (const std::size_t gone : {0, 1}) {
     const std::size_t there = 1 - gone;
     if (trunk.no_leg[gone] && trunk.hip[there]) {
-      // by its lumbar levels: beside the sacrum an ilium holds as much bone
+      // uses the lumbar levels: beside the sacrum an ilium contains as much bone
       constexpr double lowest = 120, highest = 240;  // mm over the hips
       const double hip = trunk.hip[there]->centre[2];
       double sum = 0, levels = 0;

@@ -15,8 +15,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Sections of bone that may be femora, mm^2, in the work grid's uppermost slice that shows body; largest
-// first.
+// Centres (mm, LPS) of sections of bone that may be femora, in the work grid's uppermost slice that shows
+// body; largest first. Limits in mm^2.
 std::vector<Vector3d> sections_at_top(const Anatomy& a) {
   constexpr double least = 250, most = 2500;
   const auto& g = a.grid();
@@ -37,7 +37,7 @@ std::vector<Vector3d> sections_at_top(const Anatomy& a) {
   return out;
 }
 
-// The size of a body whose legs these are, by the shanks; 0 where they are none.
+// Body size from the shanks of two legs; 0 if these are no legs.
 double size_of_legs(const Limbs& limbs) {
   constexpr double knee_to_ankle = 434, condyle = 22, least = 0.6, most = 1.3;  // mm of an adult
   double sum = 0;
@@ -76,17 +76,17 @@ void find_legs(const Anatomy& a, Trunk& trunk) {
 
 struct Brain {
   Vector3d centre;
-  double radius;  // mean way to the skull, mm
+  double radius;  // mean distance to the skull, mm
 };
 
-// Soft tissue without fat and air that bone encloses at a brain's distance: belly and chest have both, and
-// their bones stand apart.
+// Soft tissue without fat and air, enclosed by bone at a brain's distance. Belly and chest contain fat or
+// air, and their bones stand apart.
 std::optional<Brain> find_brain(const Anatomy& a) {
   constexpr float deep = 35;                       // mm off bone
-  constexpr double least_core = 10e3;              // mm^3 that lie deeper
+  constexpr double least_core = 10e3;              // mm^3 deeper than that
   constexpr double nearest = 30, farthest = 130;   // mm from its middle to the skull
-  constexpr double all_soft = 0.95, round = 0.85;  // shares: of the ways, of the directions
-  constexpr double most_open = 0.4;                // of the directions may leave the scan
+  constexpr double all_soft = 0.95, round = 0.85;  // least fractions: soft tissue on rays; hits
+  constexpr double most_open = 0.4;                // largest fraction of rays that leave the scan
   constexpr int soft_from = -20, soft_to = 120;    // CT numbers
   const auto& g = a.grid();
   Mask core{g, std::vector<std::uint8_t>(g.count())};
@@ -135,7 +135,7 @@ void find_lone_parts(const Anatomy& a, Trunk& trunk) {
   constexpr double usual = 68, under_skull = 60;  // mm: an adult's brain's radius; to the column's upper end
   trunk.brain = brain->centre;
   trunk.scale = std::clamp(brain->radius / usual, 0.8, 1.15);
-  constexpr double aside = 30;  // mm: jaws hold as much bone as a column does
+  constexpr double aside = 30;  // mm: jaws contain as much bone as the spine
   find_spine(a, brain->centre[0], a.grid().origin[2] + a.step(), brain->centre[2] - under_skull * trunk.scale,
              aside, trunk);
 }

@@ -13,8 +13,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Where the shaft's line comes to lie `length` from the humeral head's centre: the line that fits the middles
-// of its sections best, of those that the scan's side does not cut. The head stands aside of it.
+// The point on the shaft's line at `length` from the humeral head's centre, which lies beside that line. The
+// line is the best fit to the centres of those sections that the scan's side does not cut.
 std::optional<Vector3d> along_shaft(const Anatomy& a, const Limbs& limbs, Limb limb, const Vector3d& head,
                                     double length, double scale) {
   const double first = 75 * scale, last = 230 * scale, clear = 3, thick = 6;
@@ -53,8 +53,8 @@ std::optional<Vector3d> along_shaft(const Anatomy& a, const Limbs& limbs, Limb l
   return Vector3d(head + mean + (std::sqrt(length * length - aside * aside) - nearest) * along);
 }
 
-// The same by the way along the bone, from the head through the middle of what the scan's side does not
-// touch: a bone that is hardly in view.
+// The same for a bone hardly in view, from the path: along the mean direction from the head to the path's
+// points clear of the scan's side.
 std::optional<Vector3d> along_way(const Anatomy& a, const LimbWay& way, const Vector3d& head, double length,
                                   double scale) {
   const double first = 60 * scale, last = 230 * scale, clear = 8, least = 60 * scale;
@@ -108,8 +108,8 @@ void place_missing_elbows(const Anatomy& a, const Limbs& limbs, const Volume<std
     if (!elbow) continue;
     const Vector3d along = (*elbow - head).normalized();
     if (flesh_beyond(a, owner, part_label("upper_arm" + at), *elbow, along) < piece) continue;
-    // lengths left and right, of bodies of one stature, and of one breadth of shoulders, differ by some 2, 6
-    // and 12 %; the shaft's line is off by some 3 degrees
+    // Lengths differ by some 2 % between left and right, 6 % between bodies of one stature, and 12 % between
+    // bodies of one shoulder breadth. The shaft's line is off by some 3 degrees.
     const double differ = mirrored ? 0.02 : marks.contains("hip_left") ? 0.06 : 0.12;
     const double deviation = std::hypot(differ * length, 0.05 * length);
     placed["elbow" + at] = {*elbow, deviation, 0,

@@ -12,7 +12,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// standard deviation of the middle by an adult's hips_half, mm (in 40 phantoms 4 mm rms, 8.8 at most)
+// standard deviation of the midline from an adult's hips_half, mm (40 phantoms: 4 mm rms, at most 8.8)
 constexpr double middle_by_hip = 7;
 
 double middle_of(const Trunk& trunk) { return 0.5 * (trunk.hip[0]->centre[0] + trunk.hip[1]->centre[0]); }
@@ -48,7 +48,7 @@ void find_one_shoulder(const Anatomy& a, const HeadsInBody& body, RoundHeads& ca
     if (!shoulder) continue;
     FoundSphere image = mirror_image(*shoulder, middle);
     image.cut = true;
-    // else the pair would have been found
+    // otherwise the pair would have been found
     if (a.near_edge(shoulder->centre, shoulder->radius) || !a.near_edge(image.centre, image.radius)) continue;
     trunk.shoulder[n] = *shoulder, trunk.shoulder[other] = image;
     return;
@@ -57,7 +57,7 @@ void find_one_shoulder(const Anatomy& a, const HeadsInBody& body, RoundHeads& ca
 
 void settle_middle(const Anatomy& a, Trunk& trunk) {
   if (!trunk.only_side || trunk.spine.empty()) return;
-  constexpr double beside = 35, half = 8, in_view = 0.9;  // mm from the column's middle; of its levels
+  constexpr double beside = 35, half = 8, in_view = 0.9;  // mm from the column; fraction of its levels
   double sum = 0, shows = 0, half_shows = 0;
   const auto n = static_cast<std::size_t>(*trunk.only_side), other = 1 - n;
   for (const Vector3d& p : trunk.spine) {
@@ -88,7 +88,7 @@ void mirror_sides(const Trunk& trunk, const Limbs& limbs, Landmarks& marks) {
   for (const std::string stem : {"hip", "asis", "psis", "shoulder"}) {
     marks.erase(stem + other);
     const auto it = marks.find(stem + own);
-    // without that plane to some millimetres the other side's cuts would take from this side
+    // with the midline uncertain by more, the other side's cuts would take from this side
     if (it == marks.end() || trunk.middle_off > 0 || (stem == "shoulder" && !arm)) continue;
     Landmark mark = it->second;
     mark.point[0] = 2 * middle - mark.point[0];
@@ -111,7 +111,7 @@ void put_in_middle(const Trunk& trunk, Landmarks& marks) {
       marks.erase(it);  // foremost or highest of what is in view, but not in the midline
   for (const char* joint : {"neck", "spine_upper", "spine_lower"})
     if (const auto it = marks.find(joint); it != marks.end()) it->second.point[0] = middle;
-  constexpr double unseen = 20;  // mm, what levels and depths are off that a column out of view would tell
+  constexpr double unseen = 20;  // mm: error of levels and depths without a spine in view
   for (const char* name :
        {"neck", "spine_upper", "spine_lower", "vertex", "cervicale", "suprasternale", "xiphion", "omphalion"})
     if (const auto it = marks.find(name); it != marks.end()) {
@@ -123,7 +123,7 @@ void put_in_middle(const Trunk& trunk, Landmarks& marks) {
 }
 
 void mirror_legs(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, Volume<std::uint8_t>& owner) {
-  // nor is the other leg's flesh told from this one's where the middle is not known to a centimetre
+  // the same holds for flesh: the midline must be known to a centimetre to separate the legs
   if (!trunk.only_side || trunk.middle_off > 0 || limbs.leg(1 - *trunk.only_side).present) return;
   const auto& g = a.grid();
   const double outwards = side_sign(*trunk.only_side), middle = middle_of(trunk);

@@ -1,5 +1,5 @@
-// One side of a body that the scan's side cuts lengthwise: the hip and the shoulder in view are found alone,
-// and what the trunk needs of the other side is their mirror image.
+// One side of a body that the scan's side cuts lengthwise. The hip and shoulder in view are found alone;
+// their mirror images stand for the other side.
 #pragma once
 
 #include "segmentation/joints/heads_in_body.hpp"
@@ -10,30 +10,32 @@
 
 namespace borelli {
 
-/// Sets hips, shoulders, `only_side` and `middle_off` of a trunk of which neither pair is in view, where the
-/// scan's side cuts the trunk near its middle, and a hip over its femur and a shoulder over the lung, as far
-/// above as a body's, are in view. The middle lies as far inwards of the hip as an adult's of this height
-/// (88 mm of 515 from hip to shoulder).
+/// Sets hips, shoulders, `only_side` and `middle_off` of a trunk without a pair in view, if the scan's side
+/// cuts the trunk near its midline and shows a hip above its femur and a shoulder above the lung, at a
+/// plausible height above the hip. The midline lies medial of the hip by an adult's half hip distance, scaled
+/// by the height from hip to shoulder (88 mm per 515 mm).
 void find_one_side(const Anatomy& anatomy, const HeadsInBody& body, RoundHeads& candidates, Trunk& trunk);
 
-/// The one shoulder in view over two hips, where the scan's side cuts off the other: that is its mirror image
-/// then, out of view.
+/// Finds the single shoulder in view above two hips, if the scan's side cuts off the other one. Sets the
+/// other to its mirror image, out of view.
 void find_one_shoulder(const Anatomy& anatomy, const HeadsInBody& body, RoundHeads& candidates, Trunk& trunk);
 
-/// Of a trunk with one side the middle by its column, where all of that is in view; else its column in that
-/// middle.
+/// For a trunk with one side: sets the midline from the vertebral column if the column is wholly in view.
+/// Otherwise moves the column into the assumed midline.
 void settle_middle(const Anatomy& anatomy, Trunk& trunk);
 
-/// The hips' middle; the other side's hip, iliac spines and (with an arm) shoulder as mirror images where the
-/// column tells the middle, else none. For a trunk that shows both sides: nothing.
+/// Adds mid_hip. Replaces the other side's hip, iliac spines and (if its arm is present) shoulder by mirror
+/// images if the column gives the midline; otherwise erases them. Does nothing for a trunk that shows both
+/// sides.
 void mirror_sides(const Trunk& trunk, const Limbs& limbs, Landmarks& marks);
 
-/// The column's joints in the middle where the column does not tell it, and the midline's points as uncertain
-/// as it is.
+/// Moves the spine's joints into the midline if the column does not give it, and adds the midline's
+/// uncertainty to the midline landmarks.
 void put_in_middle(const Trunk& trunk, Landmarks& marks);
 
-/// Flesh beyond the middle is the other leg's where its mirror image is this one's, and none beyond it is
-/// this side's. `owner`: the part whose flesh each place of the work grid is.
+/// Relabels flesh beyond the midline: as the other leg's if its mirror image, or it itself, is labelled as
+/// this leg. It does so only if the column gives the midline and the other leg was not found. `owner`: part
+/// label of each voxel of the work grid.
 void mirror_legs(const Anatomy& anatomy, const Trunk& trunk, const Limbs& limbs, Volume<std::uint8_t>& owner);
 
 }  // namespace borelli

@@ -1,4 +1,4 @@
-// What is round among a body's bones and may be the head of a femur or humerus.
+// Round places among a body's bones: candidates for femoral and humeral heads.
 #pragma once
 
 #include <algorithm>
@@ -11,8 +11,8 @@
 
 namespace borelli {
 
-/// How well the edges about a ball agree on it, 0 to 1: its score, less where they scatter. About a true
-/// sphere they scatter by a quarter of the scan's resolution, about a compromise of two by half of it.
+/// Quality of a sphere, 0 to 1: its score, reduced if the edges scatter. About a true sphere the scatter is a
+/// quarter of the scan's resolution; about a compromise of two spheres it is half.
 inline double agreement(const Anatomy& anatomy, const FoundSphere& ball) {
   const double scatter = 0.4 * std::max(1.0, std::cbrt(anatomy.source->grid.voxel_volume()));
   return ball.score * std::exp(-std::pow(ball.deviation / scatter, 2));
@@ -26,7 +26,8 @@ class RoundHeads {
   /// See vote_balls.
   const std::vector<FoundSphere>& votes() const { return votes_; }
 
-  /// See fit_balls; of 14 to 36 mm, measured once about each place. Valid until the next place.
+  /// See fit_balls, with radii of 14 to 36 mm; cached per place. The reference is valid until the next new
+  /// place.
   const std::vector<FoundSphere>& about(const Eigen::Vector3d& place) {
     for (const auto& [known, balls] : measured_)
       if (known == place) return balls;

@@ -15,14 +15,14 @@ namespace {
 
 using Eigen::Vector3d;
 
-// bone's edge against soft tissue: CT numbers held to this range, and marrow raised, so that a joint's gap
-// still shows between the two bones while the marrow's edge does not count
+// Range to which CT numbers are clamped for bone edges. Marrow is raised: a joint's gap then still shows
+// between two bones, while the marrow's edge does not count.
 constexpr int soft_level = 0, bone_level = 500, marrow_level = 250;
-// a surface voxel's least slope, CT numbers over one voxel
+// least gradient of a surface voxel, CT numbers per voxel
 constexpr double least_slope = 50;
 
-/// Means over three voxels along each axis in turn, in memory's order: beside a row's end lies the next one's
-/// beginning. Slice by slice, so that what is between stays in the processor's cache.
+/// Means over three voxels along each axis in turn. Rows wrap around in memory: a row's end is averaged with
+/// the next row's start. Works slice by slice, so that intermediate data stay in the cache.
 Volume<float> box_blurred(const Volume<float>& in, int threads) {
   const auto& g = in.grid;
   Volume<float> out{g, std::vector<float>(in.voxels.size())};
@@ -36,7 +36,7 @@ Volume<float> box_blurred(const Volume<float>& in, int threads) {
     std::array<std::vector<float>, 3> within;  // slices
     for (auto& one : within) one.resize(static_cast<std::size_t>(slice));
     for (std::int64_t k = std::max<std::int64_t>(0, first - 1); k < std::min(g.size[2], last + 1); ++k) {
-      // the slice, with a row before it and one after it
+      // the slice, with one row before and one after it
       const std::int64_t begin = k * slice, low = std::max<std::int64_t>(0, begin - row),
                          high = std::min(count, begin + slice + row);
       float* const x = along_rows.data() + row;
@@ -79,11 +79,11 @@ std::vector<FoundSphere> vote_balls(const Volume<std::int16_t>& hu, const Mask& 
   const auto at = [&](std::int64_t i, std::int64_t j, std::int64_t k) {
     return static_cast<double>(level.at(i, j, k));
   };
-  // a thread counts the votes that fall into its own slices, in the order of those who vote
+  // each thread counts the votes that fall into its own slices, in the order of the voters
   const auto reach = static_cast<std::int64_t>(most / h) + 1;
   const std::int64_t sy = g.size[0], sz = g.size[0] * g.size[1];
   in_slabs(g.size[2], threads, [&](std::int64_t first, std::int64_t last) {
-    std::vector<float> rough(static_cast<std::size_t>(g.size[0]));  // a row's squared slopes, to rounding
+    std::vector<float> rough(static_cast<std::size_t>(g.size[0]));  // a row's squared gradients, rounded
     for (std::int64_t k = std::max<std::int64_t>(1, first - reach); k < std::min(g.size[2] - 1, last + reach);
          ++k)
       for (std::int64_t j = 1; j + 1 < g.size[1]; ++j) {
@@ -146,7 +146,7 @@ std::vector<FoundSphere> vote_balls(const Volume<std::int16_t>& hu, const Mask& 
 
 std::optional<FoundSphere> sphere_through(const std::vector<Vector3d>& points) {
   if (points.size() < 4) return std::nullopt;
-  // |p|^2 = 2 c.p + (r^2 - |c|^2), about the mean for a good condition
+  // p|^2 = 2 c.p + (r^2 - |c|^2), relative to the mean for good conditioning
   Vector3d mean = Vector3d::Zero();
   for (const auto& p : points) mean += p;
   mean /= static_cast<double>(points.size());
@@ -173,7 +173,7 @@ std::optional<FoundSphere> sphere_through(const std::vector<Vector3d>& points) {
 
 namespace {
 
-// the radius that most rays have an edge at, and how many do
+// a radius at which many rays have an edge, and their number
 struct Agreed {
   double radius = 0;
   int count = 0;
@@ -194,7 +194,7 @@ std::vector<Agreed> agreed_radii(const std::vector<std::vector<double>>& edges, 
   return peaks;
 }
 
-// least squares on the edges nearest to the ball, drawn tighter round by round
+// least squares on the edges nearest to the sphere, with a tightening tolerance
 std::optional<FoundSphere> refined(const CloseUp& view, FoundSphere ball, double least, double most) {
   static const std::vector<Vector3d> rays = even_directions(500);
   const double tight = std::max(1.5, view.blur);
@@ -219,7 +219,8 @@ std::optional<FoundSphere> refined(const CloseUp& view, FoundSphere ball, double
   return ball;
 }
 
-// share of the directions in which bone ends well within the ball, in soft tissue: a ball across two bones
+// fraction of directions in which bone ends well inside the sphere, in soft tissue: the sphere spans two
+// bones
 double left_early(const CloseUp& view, const FoundSphere& ball) {
   static const std::vector<Vector3d> rays = even_directions(200);
   constexpr double soft = 130;
@@ -238,7 +239,7 @@ std::vector<FoundSphere> fit_balls(const GreyVolume& volume, const Vector3d& nea
                                    int threads) {
   static const std::vector<Vector3d> rays = even_directions(120);
   const CloseUp view = close_up(volume, near, most + 20);
-  // starts about the place, each with the radii that its rays agree on
+  // starts around the place, each with the radii that its rays agree on
   struct Start {
     FoundSphere ball;
     int count;

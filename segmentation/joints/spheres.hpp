@@ -1,4 +1,4 @@
-// Round bone heads: found by votes of the bone's surface, measured by rays to it.
+// Spheres on round bone heads: candidates by votes of the bone's surface, then a fit by rays.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,28 +14,27 @@ namespace borelli {
 struct FoundSphere {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< mm, LPS
   double radius = 0;                                 ///< mm
-  double score =
-      0;  ///< share of the directions in which the bone's surface agrees, less where it ends before
-  double deviation = 0;  ///< rms distance of the agreeing surface points from the ball, mm
-  bool cut = false;      ///< the scan's end cuts the head or all that bears it out
+  double score = 0;      ///< fraction of directions whose edge agrees, less those where bone ends earlier
+  double deviation = 0;  ///< rms distance of the agreeing edges from the sphere, mm
+  bool cut = false;      ///< the scan's end cuts the head or the anatomy that confirms it
 };
 
-/// Where bone surfaces curve about a point at a distance of `least` to `most` mm: each surface voxel votes
-/// along its inward normal (Ballard's generalised Hough transform for spheres), so that a socket, whose
-/// normal points away, does not vote for the ball in it. Local maxima, best first, none nearer than `apart`
-/// mm to a better one. `hu` and `bone` on the same isotropic grid.
+/// Candidate centres of spheres with radii from `least` to `most` mm. Each surface voxel votes along its
+/// inward normal (Ballard's generalised Hough transform for spheres); a socket's normal points away, so it
+/// does not vote for the head in it. Returns local maxima, best first, each at least `apart` mm from any
+/// better one. `hu` and `bone` share an isotropic grid.
 std::vector<FoundSphere> vote_balls(const Volume<std::int16_t>& hu, const Mask& bone, double least,
                                     double most, double apart, int threads = 0);
 
-/// The balls that bone edges agree on, those first that most rays agree on: within 30 mm of `near` and of a
-/// radius within `least` to `most` mm, measured in a close-up of the scan itself. A head and its socket's
-/// outer face are two. Balls that less than a quarter of the rays agree on are left out. The answer does not
-/// depend on `threads` (0: as many as the machine has).
+/// Spheres fitted to bone edges in a close-up of the scan, best score first. Centres lie within 30 mm of
+/// `near` (mm, LPS), radii within `least` to `most` mm. A head and its socket's outer surface give two
+/// spheres. Leaves out spheres with a score below a quarter. The result does not depend on `threads` (0: all
+/// of the machine's).
 std::vector<FoundSphere> fit_balls(const GreyVolume& volume, const Eigen::Vector3d& near, double least,
                                    double most, int threads = 0);
 
-/// Algebraic least-squares sphere through at least four points (its linear normal equations). Nothing where
-/// they are coplanar.
+/// Algebraic least-squares sphere through at least four points (linear normal equations). Empty if they are
+/// coplanar.
 std::optional<FoundSphere> sphere_through(const std::vector<Eigen::Vector3d>& points);
 
 }  // namespace borelli

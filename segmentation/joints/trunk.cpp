@@ -19,10 +19,10 @@ struct Spacing {
 };
 // hip centres: 130 to 215 mm in adults; shoulders: 260 to 430 mm
 constexpr Spacing hips_apart{125, 215}, shoulders_apart{260, 430};
-// how far heads may stand from the places that they were looked for about, mm: sockets hold femoral heads
-// closely, and what fits both is told from the head only from nearby
+// how far a found head may lie from every place searched so far before its own place is searched too, mm.
+// Sockets fit femoral heads closely, so there only a search from nearby separates the two.
 constexpr double hips_again = 1, shoulders_again = 8;
-// so far from what is no true sphere a head is looked for beside it, mm
+// how far beside a poor sphere a head is searched, mm
 constexpr double beside = 10;
 
 struct Pair {
@@ -47,12 +47,12 @@ std::vector<Pair> pairs(const std::vector<FoundSphere>& balls, const LimbRoots& 
   return out;
 }
 
-// The balls that edges agree on about some places of one side.
+// Spheres fitted about some places of one side.
 using Balls = std::vector<FoundSphere>;
 
-// Of the balls on two sides (heads, their sockets' faces, tubers, trochanters) the pair that is likeliest:
-// both well and closely agreed on, of one radius, and that of a head (19 to 29 mm in adults), as far apart
-// and as level as `fits` asks; `holds` is asked of the balls themselves.
+// The likeliest pair among the spheres of two sides (heads, their sockets' surfaces, tubers, trochanters):
+// good agreement, equal radii of a head's size (19 to 29 mm in adults), and distance, level and place as
+// `fits` requires. holds(l, r) tests the spheres themselves.
 template <class Fits, class Holds>
 Pair likeliest(const Anatomy& a, const LimbRoots& roots, const Balls& left, const Balls& right, Spacing apart,
                double level, const Fits& fits, const Holds& holds) {
@@ -70,16 +70,15 @@ Pair likeliest(const Anatomy& a, const LimbRoots& roots, const Balls& left, cons
   return best;
 }
 
-// The likeliest pair of heads about the best voted places. Votes alone do not tell heads from what else is
-// round thereabouts (tubers, trochanters), least of all where a coarse grid runs head and socket into one,
-// and they may be off by a head's radius: so several places are measured, and the places of the likeliest
-// heads again where those stand farther than `again` mm from all of them, since about a place some
-// millimetres off not all of what edges agree on is found.
+// The likeliest pair of heads about the best voted places. Votes alone do not distinguish heads from other
+// round bone (tubers, trochanters), least of all where a coarse grid fuses head and socket, and may be off by
+// a head's radius. So several places are measured. The search repeats about the likeliest heads if they lie
+// more than `again` mm from all places, since from some millimetres away some edges are missed.
 template <class Fits, class Holds>
 std::optional<Pair> find_heads(const Anatomy& a, const LimbRoots& roots, RoundHeads& candidates,
                                Spacing apart, double level, double again, const Fits& fits,
                                const Holds& holds) {
-  constexpr double same = 15;  // mm; balls are looked for within 30 mm of a place
+  constexpr double same = 15;  // mm; spheres are searched within 30 mm of a place
   constexpr std::size_t most_places = 5;
   struct Side {
     std::vector<Vector3d> places;
@@ -112,8 +111,8 @@ std::optional<Pair> find_heads(const Anatomy& a, const LimbRoots& roots, RoundHe
     }
   };
   look_on();
-  // Beside a compromise between a head and its socket, whose edges scatter by more than voxels make them, the
-  // head itself may stand: outwards, or else anywhere.
+  // If the edges scatter by more than the voxels explain, the sphere is a compromise between head and socket.
+  // The head itself may then lie beside it: outwards, or else anywhere.
   const double scatter = 0.4 * a.source->grid.spacing().maxCoeff();
   const auto look_beside = [&](const std::vector<Vector3d>& outwards_on_the_left) {
     bool looked = false;
@@ -138,11 +137,11 @@ std::optional<Pair> find_heads(const Anatomy& a, const LimbRoots& roots, RoundHe
   return best;
 }
 
-// mm more than hides a femur: a humeral head 40 mm over the scan's lower end was 20 mm off
+// mm beyond what hides a femur: a humeral head 40 mm above the scan's lower end was 20 mm off
 constexpr double above_end = 12;
 
-// mm between a head's centre and the scan's upper end: balls that are a piece of a head lie up to 30 mm below
-// it; without the ilium's top, whose spines stand some 80 mm above the hips, a hip was 20 mm off
+// mm between a head's centre and the scan's upper end: a sphere on part of a head lies up to 30 mm too low;
+// without the iliac spines, some 80 mm above the hips, a hip was 20 mm off
 constexpr double below_end = 55, below_ilium = 85;
 
 void find_hips(const Anatomy& a, const HeadsInBody& body, RoundHeads& candidates, Trunk& trunk) {
@@ -151,13 +150,13 @@ void find_hips(const Anatomy& a, const HeadsInBody& body, RoundHeads& candidates
   const LimbRoots roots(a, BodyRegion::leg);
   auto heads = find_heads(a, roots, candidates, hips_apart, 25, hips_again, fits, holds);
   if (!heads) heads = find_heads(a, {}, candidates, hips_apart, 25, hips_again, fits, holds);
-  // just above the scan's end sockets pass for heads where it cuts the heads: what fits better is they
-  constexpr double apart = 30;  // mm, of balls about one hip
+  // just above the scan's end, sockets pass for heads if the scan cuts the heads; the better pair wins
+  constexpr double apart = 30;  // mm, between spheres about one hip
   if (!heads || body.cuts(heads->left, apart) || body.cuts(heads->right, apart)) {
     const auto may_be = [&](const FoundSphere& l, const FoundSphere& r) { return body.may_be_hips(l, r); };
     const auto other = find_heads(a, roots, candidates, hips_apart, 25, hips_again, fits, may_be);
-    // alone they must be sure: the lower two thirds of heads score .037 to .13 (four bodies), less of them,
-    // ilia and edges of sockets .021 at most
+    // alone they must be sure: the lower two thirds of heads score .037 to .13 (four bodies); smaller pieces,
+    // ilia and edges of sockets at most .021
     constexpr double sure = 0.03;
     if (!heads && !(other && other->score > sure)) return;
     if (!heads || (other && other->score > heads->score)) {
@@ -188,8 +187,8 @@ void find_shoulders(const Anatomy& a, const HeadsInBody& body, RoundHeads& candi
   auto heads = find_heads(a, roots, candidates, shoulders_apart, 50, shoulders_again, fits, holds);
   if (!heads) heads = find_heads(a, {}, candidates, shoulders_apart, 50, shoulders_again, fits, holds);
   if (!heads) return;
-  // a head that the scan's side cuts would lead the other astray, as would a rib's end for one out of view:
-  // true pairs score .2 to .3, those .005 at most
+  // a head that the scan's side cuts would mislead the other, as would a rib's end for a head out of view:
+  // true pairs score .2 to .3, false ones at most .005
   constexpr double unsure = 0.03;
   if (hips && (heads->score < unsure || a.near_edge(heads->left.centre, heads->left.radius) !=
                                             a.near_edge(heads->right.centre, heads->right.radius))) {
@@ -203,7 +202,7 @@ void find_shoulders(const Anatomy& a, const HeadsInBody& body, RoundHeads& candi
   trunk.shoulder[right_side] = heads->right;
 }
 
-// sum of the depth within bone over a box about each voxel of a slice: vertebral bodies rather than their
+// sum of the depth within bone over a box about each voxel of a slice: favours vertebral bodies over their
 // arches
 std::vector<float> blurred_slice(const Anatomy& a, std::int64_t k, std::int64_t half) {
   const auto nx = a.grid().size[0], ny = a.grid().size[1];
@@ -272,7 +271,7 @@ void find_spine(const Anatomy& a, double x, double bottom_z, double top_z, doubl
     u += s % 3 - 1;
     j += s / 3 - 1;
   }
-  // smooth over a vertebra's height
+  // smooths over a vertebra's height
   const auto n = std::lround(15 / a.step());
   for (std::int64_t k = 0; k < nk; ++k) {
     Vector3d sum = Vector3d::Zero();
@@ -339,8 +338,8 @@ Trunk find_trunk(const Anatomy& a, const AbsentParts& absent) {
   find_spine(a, m[0], hips ? m[2] + 35 : a.grid().origin[2] + a.step(), top, hips ? never : beside, trunk);
   settle_middle(a, trunk);
   settle_lone_heads(trunk);
-  // de Leva's male: hips 176 mm apart (hip centres at half the inter-ASIS distance less 14 %), shoulder to
-  // hip level 467 mm; the longer measure is the surer one
+  // references: mean hip to mean shoulder height 515 mm, hip centres 172 mm apart, shoulders 364 mm apart;
+  // the longer measure is the more reliable
   if (hips && shoulders)
     trunk.scale = (0.5 * (trunk.shoulder[0]->centre[2] + trunk.shoulder[1]->centre[2]) - m[2]) / 515;
   else if (hips)

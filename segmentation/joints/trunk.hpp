@@ -1,4 +1,4 @@
-// The fixed points of a trunk that all else is found from: hips, shoulders, and the course of the spine.
+// Reference points of a trunk, from which all else is found: hips, shoulders and the course of the spine.
 #pragma once
 
 #include <array>
@@ -11,52 +11,51 @@
 
 namespace borelli {
 
-/// Of an adult, mm: half of what the hip centres are apart, and the height of the shoulders above them.
+/// Adult lengths, mm: half the distance between the hip centres; height of the shoulders above them.
 inline constexpr double hips_half = 88, hip_to_shoulder = 515;
 
 struct Trunk {
   std::array<std::optional<FoundSphere>, 2> hip, shoulder;  ///< femoral and humeral heads, by side
-  /// Where the scan's upper end cuts the femora of legs alone, and a lone head's brain's middle
-  /// (lone_parts.hpp).
+  /// Without hips and shoulders (lone_parts.hpp): the sections where the scan's upper end cuts the femora of
+  /// legs alone, and the centre of a lone head's brain.
   std::array<std::optional<Eigen::Vector3d>, 2> femur;
   std::optional<Eigen::Vector3d> brain;
-  /// Middle of the vertebral column, one point per slice of the work grid, upwards; empty where it is not
-  /// seen.
+  /// Centre line of the vertebral column, one point per slice of the work grid, upwards; empty if not in
+  /// view.
   std::vector<Eigen::Vector3d> spine;
-  /// Levels between which the lungs in view lie, but for a twentieth at each end (mm, patient z); equal where
-  /// there is less than 300 ml.
+  /// Levels (mm, patient z) of the lower and upper end of the lungs in view, without a twentieth of their
+  /// volume at each end. Equal if there are less than 300 ml.
   std::array<double, 2> lungs{0, 0};
-  /// Size against an adult of de Leva's male sample (stature 1.741 m), from what is in view.
+  /// Size relative to an adult of de Leva's male sample (stature 1.741 m), from what is in view.
   double scale = 1;
 
   AbsentParts absent{};  ///< parts that the user names as missing (--absent)
   /// By side: the limb is missing, and its hip or shoulder is the mirror image of the other (lone_heads.hpp).
   std::array<bool, 2> no_leg{}, no_arm{};
 
-  /// Nothing is in view that parts hang on.
+  /// True if nothing is in view from which parts can be found.
   bool empty() const { return !hip[0] && !shoulder[0] && !femur[0] && !brain; }
-  /// The only side in view of a body that the scan's side cuts lengthwise: hip and shoulder of the other are
-  /// its mirror images, out of view.
+  /// The only side in view, if the scan's side cuts the body lengthwise. Hip and shoulder of the other side
+  /// are then mirror images, out of view.
   std::optional<int> only_side;
-  double middle_off = 0;  ///< how far off the midsagittal plane may then be, mm (standard deviation)
-  bool column_in_view =
-      true;  ///< else the column's course is not seen, of which `spine` is then the level alone
-  /// The column's middle at a level (mm, patient z), held to its ends.
+  double middle_off = 0;       ///< standard deviation of the midsagittal plane in that case, mm
+  bool column_in_view = true;  ///< false: the course is unknown, and only the levels of `spine` are valid
+  /// The column's centre at a level (mm, patient z), clamped to its ends in x and y.
   Eigen::Vector3d spine_at(double z) const;
   bool spine_holds(double z) const;
-  /// The midsagittal plane's x at a level.
+  /// The midsagittal plane's x at a level, mm.
   double middle(double z) const;
 };
 
-/// Hips and shoulders are pairs of balls, left and right, about level, as far apart as an adult's (or a large
-/// child's), with the body's own mass and column between them: this tells femoral heads from knees and
-/// humeral heads from elbows; a pair that the body about it does not bear out is none (heads_in_body.hpp).
-/// The column is the way upwards from between the hips that holds the most bone.
+/// Finds hips and shoulders as left-right pairs of spheres, about level, at the distance of an adult or a
+/// large child, with flesh and spine between them. This distinguishes femoral heads from knees and humeral
+/// heads from elbows. A pair that the surrounding anatomy does not confirm is rejected (heads_in_body.hpp).
+/// The spine is the upward path from between the hips that contains most bone.
 Trunk find_trunk(const Anatomy& anatomy, const AbsentParts& absent = {});
 
-/// Sets `spine` to the best column about x from `bottom` to `top` (mm, patient z), each step up at most one
-/// voxel sideways (dynamic programming). From `far` mm aside of x on a place counts for ever less: wings of a
-/// pelvis hold as much bone as a column does.
+/// Sets `spine` to the best column near x from `bottom` to `top` (mm, patient z). Each step up moves at most
+/// one voxel sideways (dynamic programming). Beyond `far` mm from x the penalty grows with the square of the
+/// distance: iliac wings contain as much bone as the column.
 void find_spine(const Anatomy& anatomy, double x, double bottom, double top, double far, Trunk& trunk);
 
 }  // namespace borelli

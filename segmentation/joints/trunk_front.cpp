@@ -10,15 +10,15 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double hidden = 1e9;  // where no skin of the trunk's shows, mm
+constexpr double hidden = 1e9;  // no visible skin of the trunk, mm
 
 }  // namespace
 
 TrunkFront::TrunkFront(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, double low, double high)
     : a_(a), trunk_(trunk) {
-  constexpr double aside = 130;  // mm from the middle: a navel's surroundings, and what touches them
-  // an arm's flesh: as far from its bones' as a stout forearm is thick, through flesh alone; where the arm
-  // lies on the trunk, some of the trunk's too
+  constexpr double aside = 130;  // mm from the midline: covers a navel's surroundings and what touches them
+  // Assumes an arm's flesh within a stout forearm's thickness of its bones, through flesh only. If the arm
+  // lies on the trunk, this includes some of the trunk.
   constexpr double thick = 30;  // mm
   const auto& g = a.grid();
   const auto index = [&](double at, int axis) {
@@ -42,7 +42,7 @@ TrunkFront::TrunkFront(const Anatomy& a, const Trunk& trunk, const Limbs& limbs,
   arm_ = nearest_seeds({cost, a.threads}, seeds, static_cast<float>(thick * trunk.scale));
 }
 
-// The j of the foremost voxel of the trunk's on a line from the front; nothing where an arm lies on it.
+// Index j of the trunk's foremost voxel on a line from the front; empty if an arm lies on it.
 std::optional<std::int64_t> TrunkFront::front(std::int64_t i, std::int64_t k) const {
   const auto& g = a_.grid();
   const std::int64_t x = i - first_[0], z = k - first_[2];
@@ -57,14 +57,14 @@ std::optional<std::int64_t> TrunkFront::front(std::int64_t i, std::int64_t k) co
     }
     if (!begin) begin = j;
     in_arm = in_arm || arm_.at(x, j, z);
-    // this deep it is the trunk
+    // a piece this deep is the trunk
     constexpr double deep = 80;  // mm
     if (a_.step() * static_cast<double>(j - *begin) > deep) return in_arm ? std::nullopt : begin;
   }
   return begin && !in_arm ? begin : std::nullopt;
 }
 
-// y of the skin, between air and body at half the step of the CT number
+// y of the skin (mm, LPS), interpolated at skin_edge_hu between air and body
 double TrunkFront::skin(std::int64_t i, std::int64_t k) const {
   const auto j = front(i, k);
   if (!j) return hidden;
@@ -87,8 +87,8 @@ std::optional<Vector3d> TrunkFront::skin_at(double z) const {
   return std::nullopt;
 }
 
-// How deep the skin lies behind the mean of opposite neighbours, so that slopes and roundness along one line
-// cancel; nothing where fewer than `least` of the four pairs show.
+// Depth of the skin behind the mean of opposite neighbours, mm; slopes and curvature along one line thus
+// cancel. Empty if fewer than `least` of the four pairs are visible.
 std::optional<double> TrunkFront::dent(std::int64_t i, std::int64_t k, int least) const {
   const auto ring = std::lround(24 / a_.step());
   const double here = skin(i, k);
@@ -118,7 +118,7 @@ std::optional<Landmark> TrunkFront::navel(double from, double to) const {
       if (const auto here = dent(i, k, 4); here && *here > best) best = *here, at_i = i, at_k = k;
   }
   if (at_i < 0) return std::nullopt;
-  // the dent's middle, by depth
+  // centroid of the dent, weighted by depth
   const auto half = std::lround(15 / a_.step());
   Vector3d sum = Vector3d::Zero();
   double weight = 0;

@@ -1,4 +1,4 @@
-// The skin before the trunk, where no arm hides it, and the navel in it.
+// The skin of the trunk's front, where no arm hides it, and the navel in it.
 #pragma once
 
 #include <optional>
@@ -10,14 +10,14 @@ namespace borelli {
 
 class TrunkFront {
  public:
-  /// Between two levels (mm, patient z). The anatomy and trunk outlive this.
+  /// Prepares the stretch between two levels (mm, patient z). Anatomy and trunk must outlive this object.
   TrunkFront(const Anatomy& anatomy, const Trunk& trunk, const Limbs& limbs, double low, double high);
 
-  /// Foremost point of the trunk at a level, in the middle or, where an arm lies on it there, the nearest to
-  /// it that shows; nothing where none does within a hand's breadth.
+  /// Foremost point of the trunk in the midline at a level (mm, LPS). If an arm hides it there, takes the
+  /// nearest visible place at the sides; empty if none is within 100 mm.
   std::optional<Eigen::Vector3d> skin_at(double z) const;
-  /// Where the midline skin between two levels lies deepest behind the skin around it; less sure
-  /// where an arm lies on some of that.
+  /// The deepest dent of the skin near the midline between two levels; less certain if an arm hides some of
+  /// its surroundings.
   std::optional<Landmark> navel(double from, double to) const;
 
  private:
@@ -27,8 +27,8 @@ class TrunkFront {
 
   const Anatomy& a_;
   const Trunk& trunk_;
-  Mask arm_;                           // flesh that is or may be an arm's, before the middle of the trunk
-  std::array<std::int64_t, 3> first_;  // of its voxels, on the work grid
+  Mask arm_;                           // flesh that is or may be an arm's, in a box around the trunk
+  std::array<std::int64_t, 3> first_;  // index of the box's first voxel on the work grid
 };
 
 }  // namespace borelli

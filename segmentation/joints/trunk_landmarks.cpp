@@ -26,7 +26,7 @@ bool level_seen(const Anatomy& a, double z) {
   return false;
 }
 
-// lower end of the midline bone in front of the column: the xiphoid's tip
+// the midline bone in front of the spine: its upper end, and its lower end, the xiphoid's tip
 struct Sternum {
   Vector3d top, tip;
 };
@@ -54,7 +54,7 @@ std::optional<Sternum> find_sternum(const Anatomy& a, const Trunk& trunk, const 
         }
     front.push_back(best);
   }
-  // the longest stretch, short breaks (the joints of the sternum) allowed
+  // the longest stretch; short breaks (the joints of the sternum) are allowed
   std::size_t best_low = 0, best_high = 0, length = 0;
   const auto may_miss = static_cast<std::size_t>(std::lround(12 / a.step()));
   for (std::size_t n = 0; n < front.size(); ++n) {
@@ -68,7 +68,7 @@ std::optional<Sternum> find_sternum(const Anatomy& a, const Trunk& trunk, const 
     n = high;
   }
   if (static_cast<double>(length) * a.step() < 60 * trunk.scale) return std::nullopt;
-  // where it leaves the scan, in front or below, it ends elsewhere
+  // if it leaves the scan in front or below, its true end is elsewhere
   constexpr double beyond = 10;  // mm
   if (!a.sees(*front[best_low] - Vector3d(0, 2 * a.step(), 0)) ||
       !a.sees(*front[best_low] - Vector3d(0, 0, beyond)))
@@ -76,8 +76,9 @@ std::optional<Sternum> find_sternum(const Anatomy& a, const Trunk& trunk, const 
   return Sternum{*front[best_high], *front[best_low]};
 }
 
-// Lower end of the sternum's bone near `tip`, from the area of its sections in the scan itself: the end
-// tapers and is too slender for voxels' edges. The last of it that counts is some 3 mm across in an adult.
+// Lower end of the sternum's bone near `tip` (mm, patient z), from the area of its sections in the scan
+// itself: the end tapers and is too slender for voxel edges. The last section that counts is some 3 mm across
+// in an adult.
 std::optional<double> sternum_end(const Anatomy& a, const Vector3d& tip, double scale) {
   constexpr double soft = 120, bone = 320, up = 8, down = 12, step = 0.5;  // CT numbers; mm
   const double least = 8 * scale * scale;                                  // mm^2
@@ -98,9 +99,8 @@ std::optional<double> sternum_end(const Anatomy& a, const Vector3d& tip, double 
   return std::nullopt;
 }
 
-// Upper end of the manubrium where no more of the sternum shows as bone: the highest bone in the midline that
-// stands well before the column, from a thumb's to a hand's breadth below the neck. Clavicles and the larynx
-// lie beside and above.
+// Upper end of the manubrium if the rest of the sternum does not show as bone: the highest midline bone well
+// in front of the spine, 25 to 95 mm below the neck (in an adult). Clavicles lie beside it, the larynx above.
 std::optional<Vector3d> find_notch(const Anatomy& a, const Trunk& trunk, const Vector3d& neck) {
   const auto& g = a.grid();
   const double s = trunk.scale, half = 8 * s;
@@ -117,7 +117,7 @@ std::optional<Vector3d> find_notch(const Anatomy& a, const Trunk& trunk, const V
         const double before = column[1] - p[1];
         if (before > 30 * s && before < 100 * s) sum += p, ++count;
       }
-    if (count * a.step() * a.step() > 60 * s * s)  // of a manubrium's 16 x 12 mm there
+    if (count * a.step() * a.step() > 60 * s * s)  // a manubrium has 16 x 12 mm there
       return Vector3d(sum / count + Vector3d(0, 0, 0.5 * a.step()));
   }
   return std::nullopt;
@@ -128,14 +128,14 @@ constexpr double vertex_to_neck = 242.9, neck_to_xiphion = 242.1, xiphion_to_omp
                  omphalion_to_hip = 145.7;
 constexpr double neck_to_hip = neck_to_xiphion + xiphion_to_omphalion + omphalion_to_hip;
 
-// highest point of the head, over the neck; what is near an arm's bones is no head
+// highest point of the head, above the neck; flesh near an arm's bones is excluded
 std::optional<Landmark> find_vertex(const Anatomy& a, const Limbs& limbs, const Vector3d& neck,
                                     double scale) {
   const auto& g = a.grid();
-  // a forearm on the head hides where its flesh ends: the scalp is no thicker than a finger over the skull,
-  // which ends at the first slice without bone
+  // A forearm on the head hides where its flesh ends. The scalp is no thicker than a finger above the skull,
+  // which ends at the first slice without bone.
   constexpr double scalp = 12, in_skull = 130;
-  Vector3d crown = neck;  // middle of the skull's last slice
+  Vector3d crown = neck;  // centre of the skull's last slice
   double reach = 130;
   const auto shows_bone = [&](std::int64_t k) {
     Vector3d sum = Vector3d::Zero();
@@ -154,7 +154,7 @@ std::optional<Landmark> find_vertex(const Anatomy& a, const Limbs& limbs, const 
   std::int64_t last = std::lround(g.index(neck + Vector3d(0, 0, in_skull * scale))[2]);
   while (last >= 0 && last < g.size[2] && shows_bone(last)) ++last;
   last = std::min(g.size[2] - 1, last + std::lround(scalp * scale / a.step()));
-  bool hidden = false;  // by an arm on it
+  bool hidden = false;  // by an arm on the head
   for (std::int64_t k = last; k > 0; --k) {
     Vector3d sum = Vector3d::Zero();
     int count = 0;
@@ -173,7 +173,7 @@ std::optional<Landmark> find_vertex(const Anatomy& a, const Limbs& limbs, const 
     if (count == 0) continue;
     Vector3d vertex = sum / count;
     vertex[2] += 0.5 * a.step();
-    // a head that the scan's end cuts has no small top
+    // a cut head has a large top section
     if (count * a.step() * a.step() > 5000) return std::nullopt;
     if (vertex[2] < neck[2] + 120 * scale) return std::nullopt;
     constexpr double usual = 3, beside_an_arm = 10;  // mm
@@ -182,7 +182,7 @@ std::optional<Landmark> find_vertex(const Anatomy& a, const Limbs& limbs, const 
   return std::nullopt;
 }
 
-// the neck's level by the shoulders alone, mm
+// level of the neck from the shoulders alone, mm, patient z
 double neck_above_shoulders(const Trunk& trunk) {
   return 0.5 * (trunk.shoulder[0]->centre[2] + trunk.shoulder[1]->centre[2]) + 68 * trunk.scale;
 }
@@ -204,11 +204,11 @@ void find_neck(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, Landmar
   } else {
     return;
   }
-  // jaws beside the column are no rib: of a lone head it lies near where the brain puts it
+  // jaws beside the spine are no ribs: a lone head's first rib lies near the level estimated from the brain
   constexpr double jaw = 45;
   const auto rib = first_rib(a, trunk, z);
   if (rib && (!trunk.brain || *rib < z + jaw * trunk.scale)) {
-    // the first rib's neck stands beside the upper half of the first thoracic vertebra
+    // the first rib's neck lies beside the upper half of the first thoracic vertebra
     z = *rib + 7 * trunk.scale;
     neck.deviation = 5, neck.source = "bone: above the first rib";
     if (const auto disc = disc_near(a, trunk, z, neck.deviation)) {
@@ -220,7 +220,7 @@ void find_neck(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, Landmar
     }
   }
   if (!level_seen(a, z)) {
-    // a lone head ends somewhere below the scan's end: nothing in view is the trunk's
+    // a lone head ends below the scan's end: nothing in view belongs to the trunk
     if (trunk.brain) marks["neck"] = neck, marks["neck"].point = trunk.spine_at(z);
     return;
   }
@@ -234,14 +234,14 @@ void find_neck(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, Landmar
   neck.point = vertebral_body(a, trunk, z, true);
   marks["neck"] = neck;
   if (const auto tip = spinous_tip(a, neck.point, trunk.scale))
-    // thick slices may leave out a spinous process and show the neighbour's
+    // thick slices may miss a spinous process and show its neighbour's
     marks["cervicale"] = {*tip, neck.deviation + (a.source->grid.spacing().maxCoeff() > 4 ? 6 : 3), 0,
                           "bone: hindmost point of the seventh cervical vertebra"};
 }
 
-// Of an arm whose elbow was not found, though it is in view, what lies before the trunk is not told from it:
-// the foremost skin and bone there may be the arm's.
-// An arm that ends before an elbow does, a stump, reaches no front.
+// If an arm's elbow was not found although the scan does not cut the arm, the arm may not be separated from
+// the trunk's front: the foremost skin and bone there may be the arm's. A stump, which ends above the elbow,
+// does not reach the front.
 void doubt_front(const Trunk& trunk, const Limbs& limbs, Landmarks& marks) {
   constexpr double arm_thick = 40, shortest = 230;  // mm; of an upper arm some 280
   for (const int side : {left_side, right_side}) {
@@ -274,7 +274,7 @@ void find_trunk_landmarks(const Anatomy& a, const Trunk& trunk, const Limbs& lim
   const TrunkFront front(a, trunk, limbs, bottom, top);
   const double spread = has_neck && hips ? 15 : 30;
 
-  // where the scan's side cuts off the skin, the point lies on that side, and its level alone is meant
+  // if the scan's side cuts off the skin, the point lies on that side, and only its level is valid
   const auto hidden = [&](const Vector3d& skin) -> std::string {
     return a.sees(skin - Vector3d(0, 2 * a.step(), 0)) ? "" : "; its level alone, the skin is out of view";
   };

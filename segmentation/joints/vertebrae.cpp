@@ -15,8 +15,8 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-// About where the vertebral body is at a level: the arch behind it is thinner, so that the depth within bone,
-// cubed, weighs little there.
+// Approximate centre of the vertebral body at a level. Voxels are weighted by the cubed depth within bone, so
+// that the thinner arch behind weighs little.
 Vector3d near_vertebral_body(const Anatomy& a, const Trunk& trunk, double z) {
   const auto& g = a.grid();
   Vector3d centre = trunk.spine_at(z);
@@ -45,7 +45,7 @@ Vector3d near_vertebral_body(const Anatomy& a, const Trunk& trunk, double z) {
   return centre;
 }
 
-// Behind the foremost bone about a place, by half the depth of a small vertebral body: no arch lies that far
+// Half the depth of a small vertebral body behind the foremost bone about a place; no arch lies that far
 // forward.
 Vector3d behind_front_face(const CloseUp& view, const Vector3d& near, double scale) {
   constexpr double bone = 200;
@@ -98,8 +98,8 @@ Vector3d vertebral_body(const Anatomy& a, const Trunk& trunk, double z, bool nec
 
 namespace {
 
-// bone beside the column, where ribs and their necks are and no vertebra reaches: mm^2 in the slice at a
-// level
+// Area of bone beside the spine in the slice at a level, mm^2: ribs and their necks lie there, and no
+// vertebra reaches it.
 double bone_beside(const Anatomy& a, const Trunk& trunk, double z) {
   const auto& g = a.grid();
   const auto k = std::lround((z - g.origin[2]) / a.step());
@@ -119,18 +119,18 @@ double bone_beside(const Anatomy& a, const Trunk& trunk, double z) {
 }  // namespace
 
 std::optional<double> first_rib(const Anatomy& a, const Trunk& trunk, double near) {
-  const double rib = trunk.only_side ? 75 : 150;  // mm^2: the necks in view
-  constexpr double share = 0.2;   // of the most below: transverse processes hold less, in a slender body too
-  constexpr double no_more = 24;  // above the first rib follows as much without one
+  const double rib = trunk.only_side ? 75 : 150;  // mm^2: the rib necks in view
+  constexpr double share = 0.2;                   // of the largest below: transverse processes have less
+  constexpr double no_more = 24;                  // height without a rib above the first one, mm
   const double s = trunk.scale;
   std::optional<double> top;
-  double before = 0, most = 0;  // bone in the slice below, and in the one that holds most
+  double before = 0, most = 0;  // bone in the slice below; the largest so far
   for (double z = near - 110 * s; z < near + 75 * s; z += a.step()) {
     if (!trunk.spine_holds(z)) continue;
     const double here = bone_beside(a, trunk, z) / (rib * s * s);
     most = std::max(most, here);
     const double limit = std::max(1.0, share * most);
-    // where it falls through the limit, between the slices' middles
+    // interpolates where the area falls below the limit
     if (here >= limit)
       top = z;
     else if (before >= limit)
@@ -146,14 +146,14 @@ std::optional<double> first_rib(const Anatomy& a, const Trunk& trunk, double nea
 
 std::optional<double> disc_near(const Anatomy& a, const Trunk& trunk, double level, double spread) {
   const double s = trunk.scale;
-  // fewer than three slices to a vertebra show chance dips
+  // fewer than three slices per vertebra show chance dips
   constexpr double vertebra = 18;
   if (a.source->grid.spacing().maxCoeff() > vertebra * s / 3) return std::nullopt;
-  const double reach = 0.5 * vertebra * s;  // farther off the next disc is nearer
+  const double reach = 0.5 * vertebra * s;  // farther off, the next disc is nearer
   const Eigen::Matrix3d to_index = a.source->grid.axes.inverse();
   const Vector3d lower = vertebral_body(a, trunk, level - reach, true),
                  upper = vertebral_body(a, trunk, level + reach, true);
-  // mean CT number across the bodies' middle
+  // mean CT number across the centre of the bodies
   const auto at = [&](double z) {
     const Vector3d centre = lower + (z - lower[2]) / (upper[2] - lower[2]) * (upper - lower);
     double sum = 0;
@@ -168,25 +168,26 @@ std::optional<double> disc_near(const Anatomy& a, const Trunk& trunk, double lev
       }
     return count ? sum / count : 0;
   };
-  const double body = 0.65 * vertebra * s;  // from a disc the bodies beside it stand within this
+  const double body = 0.65 * vertebra * s;  // the vertebral bodies next to a disc peak within this distance
   const double from = level - reach - body;
   std::vector<double> profile;
   for (double z = from; z <= level + reach + body; z += 1) profile.push_back(at(z));
   const auto beside = std::lround(body), count = static_cast<std::int64_t>(profile.size());
   const auto value = [&](std::int64_t n) { return profile[static_cast<std::size_t>(n)]; };
-  // some disc is in so long a stretch, and the others are nearly as soft; between endplates spongiosa is not
+  // a stretch this long contains a disc, and other discs are nearly as soft; spongiosa between endplates is
+  // not
   const double softest = *std::min_element(profile.begin(), profile.end());
   const double soft = softest + 0.4 * (median(profile) - softest);
   std::optional<double> best;
   double most = 0;
   for (auto n = beside; n < count - beside; ++n) {
     if (value(n) > soft || value(n) > value(n - 1) || value(n) > value(n + 1)) continue;
-    // a disc is softer than the bodies on both its sides
+    // a disc is softer than the bodies on both sides
     const auto here = profile.begin() + n;
     const double peak =
         std::min(*std::max_element(here - beside, here), *std::max_element(here, here + beside + 1));
     if (peak - value(n) < std::max(60.0, 0.25 * peak)) continue;
-    // middle of the stretch below half way up to them, its ends between samples
+    // centre of the stretch below half the height of the peaks, with interpolated ends
     const double half = 0.5 * (value(n) + peak);
     const auto end = [&](std::int64_t step) {
       auto q = n;
@@ -195,7 +196,7 @@ std::optional<double> disc_near(const Anatomy& a, const Trunk& trunk, double lev
       return static_cast<double>(q) - static_cast<double>(step) * (1 - t);
     };
     const double z = from + 0.5 * (end(-1) + end(1));
-    // deep and where it is expected
+    // favours deep dips near the expected level
     const double score = (peak - value(n)) / peak * std::exp(-0.5 * std::pow((z - level) / spread, 2));
     if (score > most) most = score, best = z;
   }
@@ -203,9 +204,9 @@ std::optional<double> disc_near(const Anatomy& a, const Trunk& trunk, double lev
 }
 
 std::optional<double> disc_between_slices(const Anatomy& a, const Trunk& trunk, double level) {
-  constexpr double seventh = 17.8, first = 19.1;  // mm, from disc to disc (Panjabi et al. 1991, both bodies'
-                                                  // hind height with a disc of 5 mm)
-  constexpr double sure = 5;                      // mm, of either neighbour about where it is expected
+  // mm, from disc to disc: posterior height of the body (Panjabi et al. 1991) plus a disc of 5 mm
+  constexpr double seventh = 17.8, first = 19.1;
+  constexpr double sure = 5;  // mm, standard deviation of either neighbour about its expected level
   const Grid& scan = a.source->grid;
   const double s = trunk.scale;
   const auto above = disc_near(a, trunk, level + seventh * s, sure),
@@ -219,11 +220,11 @@ std::optional<double> disc_between_slices(const Anatomy& a, const Trunk& trunk, 
   } else {
     z = 0.5 * (level + (above ? *above - seventh * s : *below + first * s));
   }
-  // the axis along which slices follow each other, and the middle between two of them
+  // the axis along which slices are stacked, and the middle between two of them
   Eigen::Index across = 0;
   scan.spacing().maxCoeff(&across);
   const double per_z = scan.axes.inverse()(across, 2);
-  if (std::abs(per_z) * scan.spacing()[across] < 0.9) return std::nullopt;  // slices stand along the column
+  if (std::abs(per_z) * scan.spacing()[across] < 0.9) return std::nullopt;  // slices not across the spine
   const double at = scan.index(vertebral_body(a, trunk, z, true))[across];
   return z + (std::floor(at) + 0.5 - at) / per_z;
 }

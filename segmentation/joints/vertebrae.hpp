@@ -1,4 +1,4 @@
-// The column's vertebrae: the middle of their bodies, the disc and the spinous process at the neck's foot.
+// Vertebrae: centres of their bodies, and the disc and spinous process at the base of the neck.
 #pragma once
 
 #include <optional>
@@ -8,28 +8,29 @@
 
 namespace borelli {
 
-/// The middle of the column at a level (mm, patient z): half way between the faces of the vertebral bodies
-/// just above and below it, front to back (the canal behind them is soft) and side to side. In the `neck`,
-/// whose bodies are hardly thicker than its arches, they are told by lying foremost; elsewhere vessels full
-/// of contrast medium may lie before them.
+/// The centre of the spine at a level (mm, patient z; result LPS): midway between the faces of the vertebral
+/// bodies just above and below it, front to back (the spinal canal behind is soft) and side to side. With
+/// `neck`, the front face locates the body, since cervical bodies are hardly thicker than their arches.
+/// Elsewhere contrast-filled vessels in front may be as dense as bone.
 Eigen::Vector3d vertebral_body(const Anatomy& anatomy, const Trunk& trunk, double z, bool neck = false);
 
-/// Upper edge of the first rib beside the column, going up from the chest to at most 75 mm (of an adult)
-/// above `near`. Nothing where a chest is cut by the scan's top.
+/// Upper edge (mm, patient z) of the first rib beside the spine, searched upwards from the chest to 75 mm (in
+/// an adult) above `near`. Empty if the scan's top cuts the chest.
 std::optional<double> first_rib(const Anatomy& anatomy, const Trunk& trunk, double near);
 
-/// Middle (mm, patient z, between samples) of the disc that is deepest and nearest to where one is expected:
-/// about `level`, with a standard deviation of `spread` mm, less than half a vertebra off. Nothing where the
-/// scan does not resolve one.
+/// Centre (mm, patient z, interpolated) of the disc that best combines depth of the dip and nearness to
+/// `level`, whose standard deviation is `spread` mm. It lies less than half a vertebra from `level`. Empty if
+/// the scan does not resolve discs.
 std::optional<double> disc_near(const Anatomy& anatomy, const Trunk& trunk, double level, double spread);
 
-/// Where thick slices leave out a disc that is expected about `level` (mm, patient z): the middle between two
-/// slices that is nearest to where the discs of C6/C7 above and T1/T2 below place that of C7/T1, or one of
-/// them and `level` together. Nothing where neither is seen.
+/// The disc C7/T1 where thick slices miss it: the gap between two slices nearest to the level that the discs
+/// C6/C7 above and T1/T2 below give, or one of them together with `level` (mm, patient z). Empty if neither
+/// disc is in view.
 std::optional<double> disc_between_slices(const Anatomy& anatomy, const Trunk& trunk, double level);
 
-/// The hindmost bone behind the disc between C7 and T1, where the spinous process of C7 ends (those of C6 and
-/// T1 end a vertebra's height above and below). `scale`: the body's size, see Trunk.
+/// Tip of the spinous process of C7: the hindmost bone behind the disc between C7 and T1 (mm, LPS; those of
+/// C6 and T1 end a vertebra's height above and below). `scale`: the body's size, see Trunk. Empty if no bone
+/// is found.
 std::optional<Eigen::Vector3d> spinous_tip(const Anatomy& anatomy, const Eigen::Vector3d& disc, double scale);
 
 }  // namespace borelli

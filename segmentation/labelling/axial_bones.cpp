@@ -27,7 +27,8 @@ void part_axial_bones(const Anatomy& a, const Trunk& trunk, const Landmarks& lan
   const auto& g = a.grid();
   const auto neck = find(landmarks, "neck"), high = find(landmarks, "t12_l1"), low = find(landmarks, "l5_s1");
   if (!neck && !high && !low) return;
-  // the sacrum's upper face falls forwards, by 40 degrees on the mean (Legaye et al (1998) Eur Spine J 7:99)
+  // the sacrum's upper end plate slopes forwards by 40 degrees on average (Legaye et al (1998) Eur Spine J
+  // 7:99)
   const auto of_column = [&](const Vector3d& p) {
     const double z = p[2], slope = low ? 0.84 * (p[1] - (*low)[1]) : 0;
     if (neck && z > (*neck)[2]) return head;
@@ -42,7 +43,7 @@ void part_axial_bones(const Anatomy& a, const Trunk& trunk, const Landmarks& lan
     for (std::int64_t j = 0; j < g.size[1]; ++j)
       for (std::int64_t i = 0; i < g.size[0]; ++i) {
         const std::size_t o = g.offset(i, j, k);
-        // as in label_bones, but other parts' bones are closed
+        // as in label_bones, but bones of other parts are barriers
         if (!a.body.voxels[o] || a.off_bone[o] > 15) continue;
         if (a.bone.voxels[o] && !is_axial(bones.voxels[o])) continue;
         const float off = a.off_bone[o];

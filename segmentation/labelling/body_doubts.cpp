@@ -16,15 +16,16 @@
 namespace borelli {
 namespace {
 
-// of adults and children alike, kg/m^2; a child's head has up to 2.5 times an adult's share
+// BMI limits of adults and children, kg/m^2. A part's share varies by a factor of 2; a child's head has up to
+// 2.5 times an adult's share.
 constexpr double thinnest = 12, heaviest = 60, share_varies = 2, childs_head = 2.5;
 
 void add_note(PartFinding& finding, const std::string& text) {
   finding.note += (finding.note.empty() ? "" : "; ") + text;
 }
 
-/// A note's first clause (but that of a stump, which is no doubt) without its figures, which stand in
-/// parentheses.
+/// The first clause of a note without its figures in parentheses. Skips the clause of a stump, which is not a
+/// doubt.
 std::string brief(const std::string& note) {
   std::string clause = note.substr(0, note.find("; "));
   if (clause.starts_with(stump_note) && clause.size() < note.size())
@@ -65,7 +66,7 @@ void warn_of_sides(Segmentation& out) {
 }  // namespace
 
 std::optional<double> stature_of(const Landmarks& marks) {
-  constexpr double stature = 1741;  // of de Leva's men, whose lengths these are, mm
+  constexpr double stature = 1741;  // mm, of de Leva's men; the lengths below are theirs
   struct Length {
     const char *from, *to;
     double usual;
@@ -170,7 +171,7 @@ void warn_of_parts(Segmentation& out) {
 }
 
 void warn_of_joints(const Grid& grid, Segmentation& out) {
-  std::set<std::string> bounds;  // of parts in view, and of what they hang on
+  std::set<std::string> bounds;  // joints between a part in view and its parent in view
   for (const Part& part : parts) {
     if (part.joint.empty() || out.part[static_cast<std::size_t>(part_label(part.name))].volume == 0 ||
         out.part[static_cast<std::size_t>(part_label(part.parent))].volume == 0)
@@ -196,7 +197,7 @@ void warn_of_joints(const Grid& grid, Segmentation& out) {
       out.warnings.push_back(std::move(warning));
       continue;
     }
-    // of a hand that is cut or not all there its part tells
+    // a hand that is cut or incomplete has its own warning
     if (mark.source.starts_with("bone: between radius") &&
         out.part[static_cast<std::size_t>(part_label("hand" + name.substr(5)))].coverage == Coverage::whole)
       wrists = std::max(wrists, mark.deviation);

@@ -40,14 +40,14 @@ Volume<std::uint8_t> label_bones(const Anatomy& a, const Trunk& trunk, const Lim
     if (limbs.territory.owner.voxels[o] == static_cast<std::uint8_t>(Limb::axial) &&
         limbs.territory.length(o) == 0)
       seeds.voxels[o] = static_cast<std::uint8_t>(part_label("lower_trunk"));
-  // near a joint's line the bones themselves decide
+  // no seeds within this distance of a joint: there the bones decide, mm
   constexpr double clear = 22;
   for (const int side : {left_side, right_side}) {
     const std::string at = side_suffix(side);
     const auto n = static_cast<std::size_t>(side);
     const auto mark = [&](const LimbWay& way, const JointsAlongWay& joints, const char* first,
                           const char* second, const char* third) {
-      // a shaft that broadens above an elbow or knee out of view is none
+      // a shaft that widens near an elbow or knee out of view is not a joint
       const bool told = planes.parts_off(part_label(second + at));
       const bool ends = is_absent(trunk.absent, third, at);
       const double all = way.length() + 1, m = joints.middle > 0 && told ? joints.middle : all + clear,

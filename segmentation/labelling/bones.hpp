@@ -1,4 +1,4 @@
-// The bone layer: which part each bone belongs to, whatever the convention that cuts the flesh.
+// The bone layer: the part of each bone, independent of the convention that cuts the flesh.
 #pragma once
 
 #include <array>
@@ -10,11 +10,10 @@
 
 namespace borelli {
 
-/// Label (see parts.hpp) of every bone voxel, 0 elsewhere. Seeds stand along each limb's way between its
-/// joints, in the heads at its root, and in the trunk's own bones; they grow through bone where it is deep
-/// more cheaply than where it is thin, so that bones which thick slices or arthritis fuse part at their
-/// joint, the narrowest place. The trunk's bones are parted by its planes. A part without bones in view has
-/// no label here.
+/// Label (see parts.hpp) of every bone voxel, 0 elsewhere. Seeds lie along each limb's way between its
+/// joints, in the femoral and humeral heads, and in the trunk's bones. They grow through bone, and deep bone
+/// is cheaper than thin bone. Bones that thick slices or arthritis fuse therefore separate at their joint,
+/// the narrowest place. The planes divide the trunk's bones. A part without bones in view gets no label here.
 Volume<std::uint8_t> label_bones(const Anatomy& anatomy, const Trunk& trunk, const Limbs& limbs,
                                  const PartPlanes& planes);
 

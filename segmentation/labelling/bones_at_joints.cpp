@@ -18,14 +18,14 @@ using Eigen::Vector3d;
 struct Joint {
   std::string kind;  // "hip", "knee" ...
   int proximal = 0, distal = 0;
-  Vector3d centre, up, axis, front;  // up: against the distal bone; axis: to the side of the body; unit
-  double radius = 0, reach = 0;      // of the surface; of what is parted anew; mm
-  double foremost = -1e9;            // of the bone before a knee, along `front` from the centre
+  Vector3d centre, up, axis, front;  // up: away from the distal bone; axis: lateral; unit
+  double radius = 0, reach = 0;      // of the joint surface; of the relabelled region; mm
+  double foremost = -1e9;            // of the foremost bone at a knee, along `front` from the centre
 };
 
 struct Shape {
   const char* kind;
-  double radius, reach;  // an adult's, mm; the radius where the landmark has none
+  double radius, reach;  // an adult's, mm; the radius is used if the landmark has none
 };
 constexpr std::array<Shape, 6> shapes{{{"hip", 24, 60},
                                        {"shoulder", 23, 48},
@@ -54,7 +54,7 @@ std::optional<Joint> joint_of(const Part& part, int label, const Landmarks& land
                             : kind == "elbow"    ? "wrist"
                             : kind == "wrist"    ? "metacarpale_3"
                                                  : "";
-    // of an ankle the bone above it tells the direction
+    // at an ankle the proximal bone gives the direction
     const auto end = at(far + side), above = at("knee" + side);
     if (!far.empty() && end) joint.up = (*centre - *end).normalized();
     if (far.empty() && above) joint.up = (*above - *centre).normalized();
@@ -75,13 +75,13 @@ bool of_joint(const Joint& joint, int label) {
   return label == joint.distal || label == joint.proximal || (is_axial(joint.proximal) && is_axial(label));
 }
 
-// The label that a place near a joint has for sure; 0 where that is open. `label`: what it had.
+// The certain label of a point near a joint; 0 if uncertain. `label`: its present label.
 int seed_at(const Joint& joint, const Vector3d& p, int label) {
   const Vector3d d = p - joint.centre;
   const int proximal = is_axial(joint.proximal) && is_axial(label) ? label : joint.proximal;
   const double r = joint.radius, along = d.dot(joint.axis), up = d.dot(joint.up);
   if (joint.kind == "hip" || joint.kind == "shoulder") {
-    // thick slices blur the joint's gap into the fitted ball: it comes out up to 4 mm too wide
+    // thick slices blur the joint space, so that the fitted ball is up to 4 mm too wide
     if (d.norm() <= 0.85 * r) return joint.distal;
     const Vector3d inwards = (-joint.axis + 0.5 * joint.up).normalized();
     if (d.norm() >= r + 1.5 && d.dot(inwards) > 0.3 * d.norm()) return proximal;
@@ -100,7 +100,7 @@ int seed_at(const Joint& joint, const Vector3d& p, int label) {
     if (up < -(r + 2)) return joint.distal;
     return up > 2.5 * r && front > -r ? proximal : 0;
   }
-  // level with ankle and wrist; the heel behind the ankle may stand as high
+  // ankle and wrist divide at the level of the joint centre; the heel behind the ankle may reach as high
   if (up > 0 && joint.kind == "ankle" && (d - up * joint.up).norm() > 25) return 0;
   return up < 0 ? joint.distal : proximal;
 }

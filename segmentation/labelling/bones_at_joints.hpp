@@ -1,5 +1,5 @@
-// The bone layer for the convention `bone`, where nothing but the bones themselves parts the body: they are
-// parted anew near each joint, by the shape of its surfaces.
+// The bone layer for the convention `bone`, where only the bones separate the parts. Bones near each joint
+// are relabelled by the shape of the joint surfaces.
 #pragma once
 
 #include "segmentation/body/anatomy.hpp"
@@ -7,12 +7,16 @@
 
 namespace borelli {
 
-/// Parts the bones about each joint anew, the rest of them being seeds: what lies within the ball of a
-/// femoral or humeral head is the limb's, what lies beyond it medially or above is the trunk's; what lies
-/// within the cylinder of the knee or elbow is the bone's above it, what lies beyond it towards the limb's
-/// end is the one's below, the foremost bone at the knee is the patella, which goes with the shank; ankle and
-/// wrist part level with their centres. From these seeds labels grow through bone, deep bone first, so that
-/// they meet in the joint's gap. `scale`: the body's size, see Trunk.
+/// Relabels the bones around each joint; bones farther away are seeds.
+///
+/// - Hip, shoulder: the ball of the femoral or humeral head belongs to the limb. Bone beyond it medially or
+///   above belongs to the trunk.
+/// - Knee, elbow: the fitted cylinder belongs to the proximal bone, and bone distal of it to the distal bone.
+///   The foremost bone at the knee is the patella; it belongs to the shank.
+/// - Ankle, wrist: bones are divided at the level of the joint centre.
+///
+/// From these seeds labels grow through bone, deep bone first, and meet in the joint space. `scale`: the
+/// body's size, see Trunk.
 void part_bones_at_joints(const Anatomy& anatomy, const Landmarks& landmarks, double scale,
                           Volume<std::uint8_t>& bones);
 

@@ -15,7 +15,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// steps between two parts along the body's tree
+// number of steps between two parts in the body's tree
 int steps_between(int a, int b) {
   const auto up = [](int label) { return part_label(parts[static_cast<std::size_t>(label)].parent); };
   int steps = 0;
@@ -27,7 +27,7 @@ int steps_between(int a, int b) {
   return 100;
 }
 
-// left of the body's middle above 0, in mm
+// signed distance to the left of the body's midline, mm
 double side_of(const Landmarks& landmarks, const Anatomy& a, const Vector3d& point) {
   for (const char* joint : {"hip", "shoulder"}) {
     const auto l = landmarks.find(std::string(joint) + "_left"),
@@ -38,13 +38,13 @@ double side_of(const Landmarks& landmarks, const Anatomy& a, const Vector3d& poi
   return point[0] - a.grid().point(0.5 * Vector3d(static_cast<double>(a.grid().size[0] - 1), 0, 0))[0];
 }
 
-// where the bones of two parts face each other
+// the contact region of the bones of two parts
 struct Contact {
   std::vector<Vector3d> surface;       // of the distal bone, within `reach` of the other
   Vector3d middle = Vector3d::Zero();  // half way between the two bones
 };
 
-// `counts` is asked of the places of both bones.
+// `counts`: whether a voxel of either bone is considered
 template <class IsOther, class Counts>
 Contact contact_of(const Anatomy& a, const Volume<std::uint8_t>& seeds, int distal, const IsOther& other,
                    const Counts& counts, double reach) {
@@ -81,8 +81,7 @@ Contact contact_of(const Anatomy& a, const Volume<std::uint8_t>& seeds, int dist
   return out;
 }
 
-// a head's ball through the places of its surface that face the socket, measured in the scan where that shows
-// it
+// sphere through the surface points of a head that face the socket, refined in the scan if it shows the head
 std::optional<Landmark> head_of(const Anatomy& a, const std::vector<Vector3d>& surface,
                                 const std::string& bone) {
   constexpr double least = 15, most = 36;
@@ -95,7 +94,7 @@ std::optional<Landmark> head_of(const Anatomy& a, const std::vector<Vector3d>& s
   if (best)
     return Landmark{best->centre, std::max(2.0, 2 * best->deviation), best->radius,
                     "bone: sphere on the head of the labelled " + bone};
-  // the voxels' centres lie half a step within the surface
+  // voxel centres lie half a step below the surface
   return Landmark{rough->centre, std::max(4.0, a.step()), rough->radius + a.step() / 2,
                   "labels: sphere through the head of the " + bone};
 }
@@ -129,7 +128,7 @@ void ClassParts::mend(Anatomy& a, int threads) const {
   for (std::size_t o = 0; o < work_.voxels.size(); ++o)
     if (const ClassRule* r = rule(work_, o)) {
       a.body.voxels[o] = r->parts != 0;
-      // a class whose tissue is not said says nothing of bone
+      // a class without a tissue says nothing about bone
       if (r->parts == 0)
         a.bone.voxels[o] = 0;
       else if (r->tissue != ClassTissue::any)
@@ -157,7 +156,7 @@ Volume<std::uint8_t> ClassParts::seeds(const Anatomy& a, const Volume<std::uint8
             one ? std::countr_zero(r->parts) : nearest_part(r->parts, guess, side_of(landmarks, a, p)));
         told.voxels[o] = bone;
       }
-  // bones without a class, but not the rims of those that have one
+  // bones without a class, except the rims of those that have one
   const auto off = distance_to(told, 12);
   for (std::size_t o = 0; o < out.voxels.size(); ++o)
     if (!out.voxels[o] && a.bone.voxels[o] && off[o] >= 12) out.voxels[o] = found.voxels[o];
@@ -175,13 +174,13 @@ void ClassParts::find_joints(const Anatomy& a, const Volume<std::uint8_t>& seeds
     const auto meets = [&](int label) {
       return is_axial(proximal) ? is_axial(label) && label != distal : label == proximal;
     };
-    // what was found in the scan yields to bones that are labelled, not to those that were found there too
+    // labelled bones override a joint found in the scan; bones found in the scan itself do not
     const auto there = marks.find(joint);
     const auto counts = [&](std::size_t o) {
       const ClassRule* r = there == marks.end() ? nullptr : rule(work_, o);
       return there == marks.end() || (r && r->parts != 0);
     };
-    // bones of a joint are a gap apart, some 3 mm (hip) to 15 mm (wrist, on thick slices)
+    // the gap between a joint's bones is 3 mm (hip) to 15 mm (wrist, with thick slices)
     Contact contact;
     for (const double reach : head ? std::vector{12.} : std::vector{6., 9., 12., 18.})
       if (contact.surface.size() < 6) contact = contact_of(a, seeds, distal, meets, counts, reach);

@@ -29,7 +29,7 @@ std::array<float, 256> deepest_of(const Distances& depth, const Volume<std::uint
   return deepest;
 }
 
-// By label, the area on the volume's outer faces over the label's volume to the power 2/3.
+// For each label: its area on the volume's outer faces divided by its volume to the power 2/3.
 std::array<double, 256> face_share(const LabelMap& labels) {
   const Grid& grid = labels.grid;
   std::array<double, 256> area{}, share{};
@@ -79,13 +79,13 @@ std::array<double, 256> edge_contact(const Mask& body, const Mask& seen, const D
 
 bool runs_out(const std::vector<std::array<std::int64_t, 3>>& places, const Mask& seen,
               const Vector3d& outwards) {
-  constexpr double towards = 0.5, inwards = 10, alike = 0.5;  // cosine; mm; of a section
+  constexpr double towards = 0.5, inwards = 10, alike = 0.5;  // cosine; mm; ratio of sections
   const double step = seen.grid.axes(0, 0);
   const auto layers = std::lround(inwards / step);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double along = outwards[static_cast<Eigen::Index>(axis)];
     if (std::abs(along) < towards) continue;
-    // sections of the part by how many voxels on the scan ends
+    // area of the part's sections, by the number of voxels between a section and the scan's end
     std::vector<double> section(static_cast<std::size_t>(layers + 1), 0);
     for (auto place : places)
       for (std::size_t n = 0; n < section.size(); ++n) {
@@ -100,7 +100,7 @@ bool runs_out(const std::vector<std::array<std::int64_t, 3>>& places, const Mask
 }
 
 std::array<bool, 256> cut_labels(const LabelMap& labels, const GreyVolume& scan, int threads) {
-  constexpr double step = 3, much = 0.1;  // mm; of the area of a cube
+  constexpr double step = 3, much = 0.1;  // mm; fraction of a cube's face area
   const Grid g = work_grid(scan, step, threads);
   const LabelMap owner = labels_on(labels, g, threads);
   Mask body{g, std::vector<std::uint8_t>(g.count(), 0)}, seen = body, skin = body;

@@ -17,7 +17,7 @@ struct Drawing {
   const Landmarks& marks;
   Volume<std::uint8_t> seeds;
 
-  // a tube about the line from one landmark to another, without its first and last tenth, where joints are
+  // a tube around the line between two landmarks, without its first and last tenth, where the joints are
   void line(const std::string& from, const std::string& to, int label, double first = 0.1,
             double last = 0.9) {
     const auto p = marks.find(from), q = marks.find(to);
@@ -64,7 +64,7 @@ Volume<std::uint8_t> seeds_by_landmarks(const Anatomy& a, const Landmarks& marks
   draw.line("shoulder_left", "shoulder_right", label("upper_trunk"), 0.2, 0.8);
   draw.line("mid_hip", "neck", label("lower_trunk"), 0, 0.95);
   draw.line("neck", "vertex", label("head"));
-  // the column's line crosses the trunk's parts: their planes tell which
+  // the spine's line crosses the trunk's parts: their planes divide it
   const PartPlanes planes(marks);
   for (std::int64_t k = 0; k < g.size[2]; ++k)
     for (std::int64_t j = 0; j < g.size[1]; ++j)

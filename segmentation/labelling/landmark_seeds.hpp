@@ -1,4 +1,5 @@
-// Parts by landmarks alone, where no bone is seen (MR): straight lines between joints stand for the bones.
+// Part seeds from landmarks alone, for scans that show no bone (MR): lines between joints stand in for the
+// bones.
 #pragma once
 
 #include "segmentation/body/anatomy.hpp"
@@ -6,9 +7,9 @@
 
 namespace borelli {
 
-/// Part labels along the lines between the landmarks that are there: hip to knee for a thigh and so on, the
-/// column from hip to vertex by its levels; 0 elsewhere and outside the body. What soft_tissue.hpp spreads
-/// from bones, it spreads from these.
+/// Part labels along the lines between the known landmarks, e.g. hip to knee for a thigh; 0 elsewhere and
+/// outside the body. The spine's line from hip to vertex is divided by level. soft_tissue.hpp spreads these
+/// seeds instead of bones.
 Volume<std::uint8_t> seeds_by_landmarks(const Anatomy& anatomy, const Landmarks& landmarks);
 
 }  // namespace borelli

@@ -18,7 +18,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// as many voxels of the scan to one of a coarse grid, along its own axes
+// a coarse grid along the scan's axes; each of its voxels covers a block of n scan voxels
 struct Blocks {
   std::array<std::int64_t, 3> n{1, 1, 1};
   Grid grid;
@@ -56,8 +56,8 @@ Volume<float> means(const GreyVolume& volume, const Blocks& b, int threads) {
   return out;
 }
 
-// The value that best parts two classes (Otsu 1979, IEEE Trans SMC 9:62), on logarithms, as fat may be thirty
-// times as bright as noise; and the means of the values on its two sides.
+// The threshold between two classes (Otsu 1979, IEEE Trans SMC 9:62), on logarithms, because fat may be
+// thirty times as bright as noise; and the mean values on its two sides.
 struct Parting {
   double at = 0, below = 0, above = 0;
 };
@@ -92,22 +92,21 @@ Parting part_in_two(const std::vector<float>& values) {
   return out;
 }
 
-// everything that the outside does not reach: the body with what is dark in it
+// everything that the outside does not reach: the body with its dark regions
 Mask filled(const Mask& mask) {
   Mask open = complement(mask), seed = open;
   const auto& g = mask.grid;
   for (std::int64_t k = 0; k < g.size[2]; ++k)
     for (std::int64_t j = 0; j < g.size[1]; ++j)
       for (std::int64_t i = 0; i < g.size[0]; ++i) {
-        // where the scan ends along its slices' axis a section of the body is no way in
+        // a section of the body at the first or last slice is not an opening
         const bool border = i == 0 || j == 0 || i + 1 == g.size[0] || j + 1 == g.size[1];
         if (!border) seed.at(i, j, k) = 0;
       }
   return complement(reached(seed, open));
 }
 
-// the largest of the bright regions, and others at least a tenth as large (two legs), with what is dark in
-// them
+// the largest bright region, and others at least a tenth as large (two legs), with the dark regions inside
 Mask body_of(const Volume<float>& mr, double threshold) {
   Mask bright{mr.grid, std::vector<std::uint8_t>(mr.voxels.size())};
   for (std::size_t o = 0; o < mr.voxels.size(); ++o) bright.voxels[o] = mr.voxels[o] > threshold;
@@ -119,8 +118,8 @@ Mask body_of(const Volume<float>& mr, double threshold) {
   return filled(bright);
 }
 
-// Three classes by brightness: k-means with medians for centres (a broad rim between fat and muscle moves no
-// median far), and the dark one's held at no signal, as few places of a body may be dark.
+// Three brightness classes: k-means with medians as centres, because a broad rim between fat and muscle
+// hardly moves a median. The dark centre is fixed at no signal, because a body may have few dark voxels.
 struct Classes {
   std::array<double, 3> centre{};
 
@@ -131,7 +130,7 @@ struct Classes {
 
 Classes classes_of(std::vector<float> values) {
   std::ranges::sort(values);
-  // the median of what lies between two values
+  // the median of the values between two limits
   const auto median = [&](double from, double to, double otherwise) {
     const auto first = std::ranges::lower_bound(values, static_cast<float>(from)),
                last = std::ranges::lower_bound(values, static_cast<float>(to));
@@ -153,7 +152,7 @@ Classes classes_of(std::vector<float> values) {
   return c;
 }
 
-// trilinear value of a coarse volume at a place, held to its edges
+// trilinear interpolation of a coarse volume at a point, clamped at its edges
 float value_at(const Volume<float>& volume, const Vector3d& point) {
   const auto& g = volume.grid;
   const Vector3d index = g.index(point);
@@ -175,8 +174,8 @@ float value_at(const Volume<float>& volume, const Vector3d& point) {
   return static_cast<float>(sum);
 }
 
-// A grid along the scan's axes and isotropic up to a factor of its rounding is not to be had from blocks:
-// distances are counted on one along the patient's axes.
+// Isotropic grid along the patient's axes that covers `g`, for distances. A grid of voxel blocks along the
+// scan's axes is not exactly isotropic.
 Grid isotropic(const Grid& g, double step) {
   Vector3d low = Vector3d::Constant(1e30), high = -low;
   for (int corner = 0; corner < 8; ++corner) {
@@ -202,7 +201,7 @@ void for_each_voxel(const Grid& g, int threads, const Visit& visit) {
   });
 }
 
-// dark places more than 20 mm thick, with the rim that an opening by a ball loses
+// dark regions more than 20 mm thick: opening by a ball, then the rim that the opening loses
 Mask thick_dark(const Volume<float>& mr, const Volume<float>& field, const Mask& body, const Classes& m,
                 int threads) {
   constexpr double step = 4, half = 10;
@@ -220,8 +219,8 @@ Mask thick_dark(const Volume<float>& mr, const Volume<float>& field, const Mask&
   return rim;
 }
 
-// The brightness at which a voxel at the skin is half body. Of fat the skin over it is less bright: half way
-// between what fat alone would have and what skin.
+// The brightness of a voxel at the skin that is half body. Skin over fat is darker than fat: there the
+// reference is midway between lean tissue and fat.
 double skin_edge(const GreyVolume& volume, std::size_t offset, double field, const Classes& m) {
   const Grid& g = volume.grid;
   const auto at = static_cast<std::int64_t>(offset);
@@ -244,8 +243,8 @@ bool holds(const Mask& mask, const Vector3d& point) {
   return mask.grid.holds(i, j, k) && mask.at(i, j, k);
 }
 
-// deviations of the classes' densities, with what noise does to them: the share of a class's voxels that it
-// carries over to another
+// uncertainty of the classes' densities, with the effect of noise: the share of voxels it moves to another
+// class
 std::vector<MrDensity> sure_of(const Classes& m, double noise) {
   const auto beyond = [&](double distance) {
     return noise > 0 ? 0.5 * std::erfc(distance / (noise * std::sqrt(2.0))) : 0;
@@ -277,15 +276,15 @@ Result<MrReading> read_mr(const GreyVolume& volume, const ClassLabels* classes, 
   const auto greatest = volume.voxels.empty() ? 0 : *std::ranges::max_element(volume.voxels);
   if (greatest <= 0) return failure("MR", "the volume holds no signal");
 
-  // density, tissues, labels on this grid, and means on coarser ones
+  // bytes: density, tissues and labels on this grid, and means on coarser ones
   if (auto fits = admit_memory("MR", "finding its tissues", 6.0 * static_cast<double>(g.count())); !fits)
     return tl::unexpected(fits.error());
 
-  // the body on voxels of some 3 mm
+  // the body, on voxels of about 3 mm
   const Volume<float> mr = means(volume, blocks_of(g, 3), threads);
   const Parting parting = part_in_two(mr.voxels);
   MrReading out;
-  // where nothing is much darker than the rest, the scan shows flesh only
+  // if nothing is much darker than the rest, the scan shows only flesh
   const bool background = parting.below < 0.25 * parting.above;
   Mask body{mr.grid, std::vector<std::uint8_t>(mr.voxels.size(), 1)};
   if (background)
@@ -299,7 +298,7 @@ Result<MrReading> read_mr(const GreyVolume& volume, const ClassLabels* classes, 
         "MR",
         "no body is in the volume: nothing in it is brighter than its surroundings over a few centimetres");
 
-  // the field on a grid that N4 goes through in seconds
+  // the bias field, on a grid coarse enough for N4 to take seconds
   const double coarse = std::max(3.0, std::cbrt(static_cast<double>(g.count()) * g.voxel_volume() / 40000));
   const Volume<float> shrunken = means(volume, blocks_of(g, coarse), threads);
   Mask mask{shrunken.grid, std::vector<std::uint8_t>(shrunken.grid.count())};
@@ -309,7 +308,7 @@ Result<MrReading> read_mr(const GreyVolume& volume, const ClassLabels* classes, 
   const auto field = bias_field(shrunken, mask);
   if (!field) return tl::unexpected(field.error());
 
-  // classes from the scan's own voxels, at most some hundred thousand of them
+  // classes from an even sample of the scan's own voxels, fewer than four million
   std::vector<float> sampled;
   const std::size_t stride = std::max<std::size_t>(1, g.count() / 2000000);
   for (std::size_t o = 0; o < g.count(); o += stride) {
@@ -334,7 +333,7 @@ Result<MrReading> read_mr(const GreyVolume& volume, const ClassLabels* classes, 
     if (rule ? rule->parts == 0 : !holds(body, p)) return;
     const auto here = static_cast<double>(value_at(*field, p));
     const double bright = std::max<int>(0, volume.voxels[o]) / here;
-    // at the skin a voxel of the coarse mask may be air
+    // at the skin a voxel of the coarse mask may hold air
     if (!rule && background && bright < skin_edge(volume, o, here, m)) {
       bool deep = true;
       for (int c = 0; c < 3 && deep; ++c)

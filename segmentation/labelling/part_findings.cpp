@@ -28,7 +28,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// The section in which each two parts meet, mm^2: of a plane, whatever way it lies.
+// Area of the interface between each two parts, mm^2. Exact for a plane of any orientation.
 class Sections {
  public:
   Sections(const LabelMap& labels, int threads) {
@@ -99,7 +99,7 @@ void judge(const Anatomy& a, const Contact& contact, const PartPlanes& planes, c
       if (it != out.landmarks.end()) {
         const double deviation = it->second.deviation;
         finding.confidence = std::min(finding.confidence, std::exp(-deviation / 30));
-        // of a piece the same deviation is a larger share
+        // the same deviation is a larger share of a cut part
         constexpr double small = 4;  // mm
         if (finding.coverage == Coverage::cut && deviation > small) {
           if (!sections) sections.emplace(out.labels, a.threads);
@@ -124,7 +124,7 @@ void judge(const Anatomy& a, const Contact& contact, const PartPlanes& planes, c
         if (finding.note.size() == said && std::exp(-deviation / 30) < least_confidence)
           finding.note += (finding.note.empty() ? "" : "; ") +
                           fmt::format("{} may lie {:.0f} mm off", in_words(bound), deviation);
-        // how an arm goes on beyond an elbow that is not in view is not seen
+        // the forearm's direction beyond an elbow out of view is unknown
         if (joint.starts_with("elbow") && it->second.source.starts_with("proportion"))
           finding.confidence = std::min(finding.confidence, 0.4);
       } else if (finding.coverage == Coverage::whole || count[neighbour] > 0) {
@@ -139,10 +139,10 @@ void judge(const Anatomy& a, const Contact& contact, const PartPlanes& planes, c
 constexpr std::array<std::array<std::string_view, 4>, 2> ends{
     {{"hand", "wrist", "metacarpale_3", "dactylion_3"}, {"foot", "ankle", "heel", "toe_tip"}}};
 
-// The joint and the ends of a hand or foot that is not that alone, or not all of it, may lie as far off as it
-// is large: `size` is the edge of a cube of the volume that it should have, mm.
+// Raises the deviations of the joint and ends of a hand or foot that is incomplete or holds more than itself:
+// they may be off by its size. `size`: edge of a cube of the expected volume, mm.
 void doubt_ends(std::string_view part, double size, Landmarks& marks) {
-  constexpr std::array<double, 4> share{0, 0.5, 1, 2};  // of the size: a hand or foot is some 2.5 long
+  constexpr std::array<double, 4> share{0, 0.5, 1, 2};  // of `size`; a hand or foot is about 2.5 long
   for (const auto& end : ends) {
     if (!part.starts_with(end[0])) continue;
     for (std::size_t n = 1; n < end.size(); ++n) {
@@ -152,8 +152,8 @@ void doubt_ends(std::string_view part, double size, Landmarks& marks) {
   }
 }
 
-// What a hand or foot shows as its ends where the scan cuts it are none, nor are a foot's metatarsals, which
-// its length tells.
+// Removes the end landmarks of hands and feet that the scan cuts, and a foot's metatarsals, which follow from
+// its length.
 void forget_cut_ends(Segmentation& out) {
   for (std::size_t n = 1; n < parts.size(); ++n)
     for (const auto& end : ends)
@@ -192,7 +192,7 @@ std::array<Tip, 4> find_tips(const Anatomy& a, const Volume<std::uint8_t>& owner
   return tips;
 }
 
-// Hands and feet whose fingers or toes the scan's end cuts: they are too slender to be told by depth.
+// Marks hands and feet whose fingers or toes the scan's end cuts. They are too slender for the depth test.
 void tell_cut_tips(const Anatomy& a, const std::array<Tip, 4>& tips, Segmentation& out) {
   const auto point = [&](const std::array<std::int64_t, 3>& place) { return point_of(a.grid(), place); };
   for (const Tip& tip : tips) {
@@ -202,7 +202,7 @@ void tell_cut_tips(const Anatomy& a, const std::array<Tip, 4>& tips, Segmentatio
     Vector3d mean = Vector3d::Zero();
     for (const auto& place : tip.places) mean += point(place);
     mean /= static_cast<double>(tip.places.size());
-    // a foot lies along its longest axis; of a hand that is cut in its palm that lies across
+    // a foot points along its longest axis; a hand cut in its palm would be longest across
     Vector3d outwards = mean - joint->second.point;
     if (tip.part.starts_with("foot")) {
       Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
@@ -217,15 +217,14 @@ void tell_cut_tips(const Anatomy& a, const std::array<Tip, 4>& tips, Segmentatio
   }
 }
 
-// The last guard: a whole part whose share beside the other whole ones no body has is not that part alone, or
-// not all of it. From children to the very heavy a part's share of the mass is within a factor of two of an
-// adult's.
+// Last check: a whole part with an impossible share of the other whole parts is incomplete or holds more than
+// itself. From children to the very heavy, a part's mass share is within a factor of two of an adult's.
 void doubt_impossible_shares(Segmentation& out) {
   constexpr double most = 2.8;
-  // the body that each part would belong to
+  // total body volume implied by each part
   std::array<double, parts.size()> body{};
   std::vector<double> whole;
-  double trunk = 0, trunk_share = 0;  // by `bone` its parts end elsewhere, and only their sum compares
+  double trunk = 0, trunk_share = 0;  // with `bone` its parts have other bounds; only their sum compares
   bool trunk_is_whole = out.convention == Convention::bone;
   for (std::size_t n = 1; n < parts.size(); ++n) {
     const bool of_trunk = out.convention == Convention::bone && parts[n].name.ends_with("_trunk");
@@ -261,10 +260,9 @@ void doubt_impossible_shares(Segmentation& out) {
   }
 }
 
-// An arm that lies on the trunk is parted from it by how deep the flesh is, not by anything that the scan
-// shows.
+// Doubts arms that touch another part: flesh depth divides them, nothing that the scan shows.
 void doubt_what_touches(const std::array<double, parts.size()>& area, Segmentation& out) {
-  constexpr double much = 0.15;  // of the area of a cube of the part's volume
+  constexpr double much = 0.15;  // fraction of the face area of a cube of the part's volume
   for (std::size_t n = 1; n < parts.size(); ++n) {
     PartFinding& finding = out.part[n];
     if (finding.volume == 0 || area[n] < much * std::pow(finding.volume, 2.0 / 3)) continue;
@@ -291,7 +289,7 @@ std::string_view name_of(Coverage coverage) {
 
 void judge_parts(const Anatomy& a, const Volume<std::uint8_t>& owner, const PartPlanes& planes,
                  const AbsentParts& gone, Segmentation& out) {
-  // three passes over the work grid, each by one thread, side by side
+  // three passes over the work grid, one thread each, in parallel
   auto touched = std::async(aside(a.threads), [&] { return contact_areas(a, owner, planes); });
   auto tips = std::async(aside(a.threads), [&] { return find_tips(a, owner, planes); });
   judge(a,
@@ -321,7 +319,7 @@ void warn_of_lone_limbs(const Trunk& trunk, Segmentation& out) {
 }
 
 void doubt_hands_that_meet(Segmentation& out) {
-  constexpr double alike = 1.3;  // volumes of a body's hands
+  constexpr double alike = 1.3;  // largest volume ratio of a body's hands
   PartFinding &left = out.part[static_cast<std::size_t>(part_label("hand_left"))],
               &right = out.part[static_cast<std::size_t>(part_label("hand_right"))];
   PartFinding &larger = left.volume > right.volume ? left : right,
@@ -341,7 +339,7 @@ void doubt_hands_that_meet(Segmentation& out) {
 void doubt_what_holds_arms(const Anatomy& a, const Volume<std::uint8_t>& owner, const PartPlanes& planes,
                            double hips, Segmentation& out) {
   constexpr double thin = 600, much = 5e4, share = 0.02;  // mm^2 of a slice; mm^3; of a part
-  constexpr double above = 60, at_thighs = 100;           // mm over the hips
+  constexpr double above = 60, at_thighs = 100;           // mm above the hips
   const auto& g = a.grid();
   Mask slice{g, {}};
   slice.grid.size[2] = 1;
@@ -421,7 +419,7 @@ void doubt_trunk_without_shoulders(Segmentation& out) {
 void doubt_trunk_without_hips(const Anatomy& a, const Volume<std::uint8_t>& owner, const PartPlanes& planes,
                               double scale, Segmentation& out) {
   constexpr int lower = part_label("lower_trunk");
-  constexpr double below = 45;  // mm under the omphalion: flanks end, and thighs begin outside
+  constexpr double below = 45;  // mm below the omphalion: flanks end, thighs begin laterally
   PartFinding& finding = out.part[static_cast<std::size_t>(lower)];
   const auto omphalion = out.landmarks.find("omphalion");
   if (finding.volume == 0 || omphalion == out.landmarks.end() || planes.parts_off(part_label("thigh_left")) ||

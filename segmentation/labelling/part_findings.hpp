@@ -1,4 +1,4 @@
-// What each part is worth: whole or cut, how sure its bounds are, and what a person should look at.
+// Judges each part: whole or cut, how certain its bounds are, and what a person should check.
 #pragma once
 
 #include <cstdint>
@@ -10,40 +10,40 @@
 
 namespace borelli {
 
-/// Fills `out.part` from its labels and landmarks. A part is cut where the scan's edge cuts it, where no
-/// plane parts it from the next one of its limb, and where its share beside the other whole parts is none
-/// that a body has; its confidence falls with the deviation of what bounds it, and where it touches what it
-/// does not join. Ends of hands and feet that the scan cuts are taken out of the landmarks.
-/// `owner`: whose flesh each place of the work grid is; `gone`: parts that the body lacks, told or not, whose
-/// missing joints doubt nothing.
+/// Fills `out.part` from its labels and landmarks. A part is cut if the scan's edge cuts it, if no plane
+/// separates it from the next part of its limb, or if its share of the other whole parts is anatomically
+/// impossible. Confidence falls with the deviation of the bounding landmarks, and where skin touches skin of
+/// another limb. Ends of hands and feet that the scan cuts are removed from the landmarks. `owner`: the part
+/// whose flesh each voxel of the work grid is. `gone`: parts that the body lacks, given as absent or found
+/// so; their missing joints raise no doubt.
 void judge_parts(const Anatomy& anatomy, const Volume<std::uint8_t>& owner, const PartPlanes& planes,
                  const AbsentParts& gone, Segmentation& out);
 
-/// Of a body that shows one leg or one arm alone, and of which nothing is told to be absent: what it lacks.
+/// Warns of the missing limb if only one leg or one arm is found and the other is not given as absent.
 void warn_of_lone_limbs(const Trunk& trunk, Segmentation& out);
 
-/// Where the bones of the arms meet, hands of unlike size are not each one hand alone.
+/// For arms whose bones touch: hands of unequal volume are doubtful, because one may hold part of the other.
 void doubt_hands_that_meet(Segmentation& out);
 
-/// Of a scan that shows the hips and not the shoulders: arms in view hang on nothing that was found, and
-/// their flesh may have gone to the trunk and the thighs. Where slices above the hips (level `hips`, mm) show
-/// pieces beside the trunk that a part holds, this part is cut, and thighs too where such pieces reach down
-/// to them.
+/// For a scan that shows the hips but not the shoulders. No joint connects the arms in view, so trunk or
+/// thighs may contain their flesh. Slices above the hips (level `hips`, mm) may show pieces beside the trunk:
+/// a part that contains such pieces is marked cut. So are the thighs if the pieces reach down to them.
 void doubt_what_holds_arms(const Anatomy& anatomy, const Volume<std::uint8_t>& owner,
                            const PartPlanes& planes, double hips, Segmentation& out);
 
-/// Of legs alone whose flesh is one at the scan's upper end: what is there of the lower trunk is the thighs'.
+/// For scans of legs alone, joined at the scan's upper end: the thighs contain the visible piece of the lower
+/// trunk.
 void doubt_thighs_above_crotch(const Anatomy& anatomy, const Volume<std::uint8_t>& owner, Segmentation& out);
 
-/// Of a head alone: what lies below its neck is a piece of the upper trunk, with shoulders and arms in it.
+/// For scans of a head alone: what lies below the neck is a piece of the upper trunk with shoulders and arms.
 void doubt_trunk_without_shoulders(Segmentation& out);
 
-/// Of a scan that shows the shoulders, but of the pelvis nothing that tells where thighs begin: a lower trunk
-/// that reaches down to them may hold them. `scale` as Trunk's.
+/// For scans that show the shoulders but no hip landmarks: a lower trunk that reaches down to the thighs may
+/// contain them. `scale`: as in Trunk.
 void doubt_trunk_without_hips(const Anatomy& anatomy, const Volume<std::uint8_t>& owner,
                               const PartPlanes& planes, double scale, Segmentation& out);
 
-/// Adds a warning where more than a little of the body in view is nobody's.
+/// Adds a warning if more than a small share of the body in view belongs to no part.
 void warn_of_flesh_without_part(const Anatomy& anatomy, const Volume<std::uint8_t>& owner, Segmentation& out);
 
 }  // namespace borelli

@@ -21,7 +21,7 @@ constexpr double contradicted = 0.3;   // confidence
 
 using Counts = std::array<std::array<double, body_limbs.size()>, parts.size()>;
 
-// mm^3 of each part by what the proposal is sure of there
+// volume of each part, mm^3, by the limb that the proposal is sure of
 Counts volumes_of(const Proposal& proposal, const LabelMap& labels) {
   Counts out{};
   const Grid& g = proposal.grid;
@@ -46,8 +46,8 @@ std::string limb_in_words(std::size_t limb) {
                                         : fmt::format("{} {}", name.substr(side + 1), name.substr(0, side));
 }
 
-// of the distance between a true joint and a proposed one whose coordinates have a deviation of 1, 99 % are
-// less (chi distribution, 3 degrees of freedom)
+// 99 % quantile of the distance between a true and a proposed joint whose coordinates have a standard
+// deviation of 1 (chi distribution, 3 degrees of freedom)
 constexpr double by_chance = 3.37;
 
 void doubt_joint(const std::string& name, const Eigen::Vector3d& proposed, double deviation,
@@ -59,7 +59,7 @@ void doubt_joint(const std::string& name, const Eigen::Vector3d& proposed, doubl
     found->second.deviation = std::max(found->second.deviation, off / 2);
 }
 
-// index into body_limbs of what is sure at a point; 0: nothing
+// index into body_limbs of the limb that the proposal is sure of at a point; 0: none
 std::size_t limb_at(const Proposal& proposal, const Eigen::Vector3d& point) {
   const Eigen::Vector3d index = proposal.grid.index(point);
   const auto i = nearest_whole(index[0]), j = nearest_whole(index[1]), k = nearest_whole(index[2]);
@@ -89,7 +89,7 @@ void doubt_joints_by_proposal(const Anatomy& a, const AbsentParts& absent, Landm
   for (const ProposedJoint& joint : a.proposal->joints)
     if (!lacks[limb_of(joint.region, joint.side)])
       doubt_joint(joint.name, joint.point, joint.deviation, landmarks);
-  // (no shoulders: the root of an arm that lies on the trunk may be there)
+  // (no shoulders: the root of an arm that lies on the trunk may be misplaced)
   const LimbRoots legs(a, BodyRegion::leg);
   for (const int side : {left_side, right_side})
     if (legs.sure())

@@ -1,4 +1,4 @@
-// Compares trunk, joints and parts with what the forest says of the same places.
+// Compares trunk, joints and parts with the forest's proposal.
 #pragma once
 
 #include "segmentation/body/anatomy.hpp"
@@ -10,17 +10,17 @@
 
 namespace borelli {
 
-/// Whether no head of a femur or humerus lies in what is surely of another limb.
+/// False if a femoral or humeral head lies where the proposal is sure of another limb.
 bool heads_agree(const Proposal& proposal, const Trunk& trunk);
 
-/// Raises the deviations of joints that lie farther from where the proposal has them than its own errors
-/// explain, to half of that distance. Passes over limbs that lack a segment (`absent`): the forest's cuts ask
-/// for all three.
+/// Raises the deviation of joints that disagree with the proposal. If the distance exceeds what the
+/// proposal's own errors explain, the deviation becomes half of the distance. Skips limbs that lack a segment
+/// (`absent`): the forest's joints need all three segments.
 void doubt_joints_by_proposal(const Anatomy& anatomy, const AbsentParts& absent, Landmarks& landmarks);
 
-/// Where parts and proposal contradict each other, lowers the parts' confidence and adds a warning:
-/// - a part holds much that is surely of another limb;
-/// - much that is surely of a limb is in no part of it.
+/// Lowers confidence and adds a warning where parts and proposal contradict each other:
+/// - a large volume of a part surely belongs to another limb;
+/// - a large volume that surely belongs to a limb is in none of its parts.
 void doubt_by_proposal(const Proposal& proposal, Segmentation& out);
 
 }  // namespace borelli

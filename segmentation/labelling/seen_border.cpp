@@ -28,11 +28,11 @@ void ScanProfile::add(const Vector3d& from, const Vector3d& to, std::vector<doub
 
 std::optional<double> seen_border(const ScanProfile& profile, const Vector3d& from, const Vector3d& over,
                                   const Vector3d& to, double expected) {
-  // where skin lies close to muscle, both count as lean with what fat there is between, mm: how far that is
-  // looked through, and how far within a sheet's middle may be
+  // Skin close to muscle counts as lean, with the fat between. `into`: how far the search enters such lean
+  // tissue, mm. `within`: how far inside it a sheet's middle may lie, mm.
   constexpr double into = 8, within = 3.5;
-  constexpr double beside_skin = 3;         // mm: the place itself may be at free skin
-  constexpr double air = -250, skins = 60;  // CT number; above the fat beside
+  constexpr double beside_skin = 3;         // mm: `over` itself may lie at free skin
+  constexpr double air = -250, skins = 60;  // HU; HU above the fat beside
   const double first = (over - from).norm();
   std::vector<double> way;
   if (first < 1e-6 || (to - over).norm() < 1e-6) return std::nullopt;
@@ -46,7 +46,7 @@ std::optional<double> seen_border(const ScanProfile& profile, const Vector3d& fr
     if (way[n] < emptiest && (way[middle] > air || std::abs(at(n) - first) > beside_skin))
       emptiest = way[n], best = at(n);
   if (best) return best;
-  std::vector<double> beyond(way.size());  // least from here on
+  std::vector<double> beyond(way.size());  // least value from here on
   for (std::size_t n = way.size(); n-- > 0;)
     beyond[n] = n + 1 < way.size() ? std::min(way[n], beyond[n + 1]) : way[n];
   double before = way.front();

@@ -47,9 +47,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-// labels on the scan's own voxels: in the body by the voxel's own value at the skin, by the work grid's mask
-// in hollows; the part by the flesh's owner on the work grid and the planes at the voxel's centre; where
-// classes tell of a voxel, these first
+// Labels on the scan's own voxels. At the skin the voxel's own value decides whether it is body, in hollows
+// the work grid's mask. The part follows from the flesh's owner on the work grid and the planes at the
+// voxel's centre. Classes override both.
 LabelMap label_voxels(const GreyVolume& volume, const Anatomy& a, const Volume<std::uint8_t>& owner,
                       const PartPlanes& planes, const ClassParts* classes, const AbsentParts& absent,
                       int threads) {
@@ -64,7 +64,7 @@ LabelMap label_voxels(const GreyVolume& volume, const Anatomy& a, const Volume<s
     const Vector3d index = (g.point(i, j, k) - a.grid().origin) / step;
     return {nearest_whole(index[0]), nearest_whole(index[1]), nearest_whole(index[2])};
   };
-  // along the patient's own axes each index at work goes with one of the scan's: found once
+  // if the scan's axes are the patient's, each scan index maps to one work-grid index: computed once
   const bool straight = g.axes.isDiagonal(0);
   std::array<std::vector<std::int64_t>, 3> at_work;
   for (std::size_t c = 0; straight && c < 3; ++c)
@@ -93,9 +93,9 @@ LabelMap label_voxels(const GreyVolume& volume, const Anatomy& a, const Volume<s
           const bool dense_there = a.scan.hu.voxels[w] > skin_edge_hu;
           const std::size_t o = g.offset(i, j, k);
           const bool dense = hu_of(volume.voxels[o], volume.quantity) > skin_edge_hu;
-          // a dense voxel counts but where its surroundings are a thing that was taken away; air counts in
-          // hollows and deep inside
-          // (a place that is body because a class lies there tells of no hollow beside it)
+          // Count a dense voxel unless it belongs to a removed object (table, blanket). Count air in hollows
+          // and deep inside. (A voxel that is body only because of a class does not make its neighbours a
+          // hollow.)
           const bool hollow = !dense_there && !(classes && classes->at_work(w));
           const bool inside = dense ? in_mask || !dense_there
                                     : in_mask && (hollow || a.depth[w] > 2 * static_cast<float>(step));
@@ -109,13 +109,13 @@ LabelMap label_voxels(const GreyVolume& volume, const Anatomy& a, const Volume<s
 
 using Progress = std::function<void(double, std::string_view)>;
 
-// Parts and landmarks of a body whose trunk is known. `options` as for this volume: where a body of unusual
-// size is looked at as one of usual size, their lengths are enlarged as it is.
+// Parts and landmarks of a body whose trunk is known. `options`: for this volume; lengths are scaled if a
+// body of unusual size is viewed at an adult's size.
 Segmentation parts_of(const GreyVolume& volume, Anatomy& a, const Trunk& of_body, ClassParts* classes,
                       const SegmentOptions& options, const Progress& progress) {
   progress(0.5, "following the limbs");
   if (a.proposal && !of_body.empty() && heads_agree(*a.proposal, of_body)) put_walls(a);
-  // in the meantime, since ways are followed by one thread
+  // in parallel, because one thread traces the limbs
   auto lean = std::async(aside(a.threads), [&] { return lean_flesh(a); });
   Trunk trunk = of_body;
   if (!classes && options.given.empty() && trunk.empty()) find_lone_parts(a, trunk);
@@ -159,7 +159,7 @@ Segmentation parts_of(const GreyVolume& volume, Anatomy& a, const Trunk& of_body
   progress(0.7, "parting soft tissue");
   auto owner = label_soft_tissue(a, lean.get(), bones, options.step, options.convention);
   mirror_legs(a, trunk, limbs, owner);
-  // by `bone` no plane parts what hangs on an elbow that is not in view
+  // with `bone` no plane separates the forearm at an elbow out of view
   if (options.convention != Convention::bone) place_missing_elbows(a, limbs, owner, trunk, out.landmarks);
   find_limb_tips(a, limbs, owner, trunk.scale, out.landmarks);
   put_given(options.given, out.landmarks);
@@ -170,7 +170,7 @@ Segmentation parts_of(const GreyVolume& volume, Anatomy& a, const Trunk& of_body
     doubt_joints_by_proposal(a, gone_parts(trunk), out.landmarks);
     put_given(options.given, out.landmarks);
   }
-  place_unseen_hips(out.landmarks, sides_without_leg(trunk));  // the posterior spines tell the pelvis' tilt
+  place_unseen_hips(out.landmarks, sides_without_leg(trunk));  // pelvic tilt from the PSIS
   const PartPlanes planes(out.landmarks, options.convention);
   progress(0.9, "cutting at the joints");
   out.labels = label_voxels(volume, a, owner, planes, classes, options.absent, options.threads);
@@ -217,11 +217,10 @@ Result<void> ask_forest(Anatomy& a, const Forest* forest) {
   return {};
 }
 
-// How a volume is looked at: a body that lies turned in the scanner along its own axes, and one of unusual
-// size as though it were of usual size, since the directions and lengths that bones, gaps and flesh are told
-// by are those of an adult who lies straight.
+// How a volume is viewed: a body turned in the scanner along its own axes, and one of unusual size scaled to
+// an adult's. Directions and lengths of bones, gaps and flesh are tuned to an adult who lies straight.
 struct View {
-  double size = 1;                                     // of the body, in parts of an adult's
+  double size = 1;                                     // of the body relative to an adult
   Eigen::Matrix3d body = Eigen::Matrix3d::Identity();  // its left, back and up, in the patient frame
   double turn() const { return Eigen::AngleAxisd(body).angle(); }
 
@@ -245,8 +244,8 @@ struct View {
   }
 };
 
-// a body turned by more is looked at along its own axes (radians): hips and shoulders of bodies that lie
-// straight are up to some 3 degrees off them
+// a body turned by more is viewed along its own axes (radians); hips and shoulders of straight bodies are up
+// to about 3 degrees off
 constexpr double straight = 6 * EIGEN_PI / 180;
 
 Eigen::Matrix3d axes_of(const Vector3d& left, const Vector3d& up) {
@@ -257,7 +256,7 @@ Eigen::Matrix3d axes_of(const Vector3d& left, const Vector3d& up) {
   return axes;
 }
 
-// the body's own axes, by hips and shoulders
+// the body's own axes from hips and shoulders
 Eigen::Matrix3d axes_of(const Trunk& trunk) {
   const auto across = [](const auto& pair) { return Vector3d(pair[0]->centre - pair[1]->centre); };
   const auto middle = [](const auto& pair) { return Vector3d(0.5 * (pair[0]->centre + pair[1]->centre)); };
@@ -265,13 +264,13 @@ Eigen::Matrix3d axes_of(const Trunk& trunk) {
   return axes_of(hips.normalized() + shoulders.normalized(), middle(trunk.shoulder) - middle(trunk.hip));
 }
 
-// the same where no hips and shoulders are seen, by the body's form: up along its sections' centres, left
-// along their longer axis
+// The same without hips and shoulders, from the body's shape: up along the centres of its sections, left
+// along their longer axis.
 Eigen::Matrix3d axes_of_form(const Anatomy& a) {
   const auto& g = a.grid();
   double count = 0;
   Vector3d sum = Vector3d::Zero();
-  Eigen::Matrix2d across = Eigen::Matrix2d::Zero();  // of all sections, about their own centres
+  Eigen::Matrix2d across = Eigen::Matrix2d::Zero();  // second moments of all sections about their centres
   std::vector<std::pair<Vector3d, double>> sections;
   for (std::int64_t k = 0; k < g.size[2]; ++k) {
     double n = 0;
@@ -301,18 +300,18 @@ Eigen::Matrix3d axes_of_form(const Anatomy& a) {
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(across);
   Vector3d left(solver.eigenvectors()(0, 1), solver.eigenvectors()(1, 1), 0);
-  constexpr double round = 1.3;  // of second moments: no longer axis is told
+  constexpr double round = 1.3;  // ratio of second moments; below it no axis is longer
   if (solver.eigenvalues()[1] < round * solver.eigenvalues()[0]) left = Vector3d::UnitX();
   if (left[0] < 0) left = -left;
-  // sections of a short piece tell little of the way upwards
+  // the sections of a short piece do not determine the up axis
   constexpr double long_enough = 500;  // mm
   const bool tall = a.step() * static_cast<double>(sections.size()) > long_enough;
   return axes_of(
       left, tall && heights > 0 ? Vector3d(rises[0] / heights, rises[1] / heights, 1) : Vector3d::UnitZ());
 }
 
-// The parts as a view shows them; nothing where hips and shoulders do not both come out as those of a
-// straight body of usual size.
+// The parts found in a view. Empty unless both hips and both shoulders are those of a straight body of usual
+// size.
 std::optional<Segmentation> parts_in_view(const GreyVolume& volume, const View& view,
                                           const SegmentOptions& options, const Progress& progress) {
   const GreyVolume usual{view.seen(volume.grid), volume.voxels, volume.quantity};
@@ -320,7 +319,7 @@ std::optional<Segmentation> parts_in_view(const GreyVolume& volume, const View& 
   a.size = view.size;
   if (!has_body(a) || !ask_forest(a, options.forest)) return std::nullopt;
   const Trunk trunk = find_trunk(a, options.absent);
-  constexpr double least = 0.75, most = 1.25;  // no other size fits better by far
+  constexpr double least = 0.75, most = 1.25;  // within these no other size fits much better
   if (!has_both(trunk) || trunk.scale < least || trunk.scale > most) return std::nullopt;
   if (View{1, axes_of(trunk)}.turn() > 2 * straight) return std::nullopt;
   SegmentOptions as_usual = options;
@@ -340,9 +339,9 @@ std::optional<Segmentation> parts_in_view(const GreyVolume& volume, const View& 
   return out;
 }
 
-// How to look again, given what an adult's directions and lengths find: along the axes and at the size that
-// are found where they are unusual; else along those of the body's form, and at a child's and a giant's size
-// where the scan may hold a whole trunk of that size.
+// Further views, given what an adult's directions and lengths found. With hips and shoulders: along the found
+// axes and at the found size if these are unusual. Else along the axes of the body's shape, and at the sizes
+// of a child and a giant if the scan may hold a whole trunk of that size.
 std::vector<View> other_views(const Anatomy& a, const Trunk& trunk) {
   constexpr double small = 0.82, large = 1.14;
   if (has_both(trunk)) {
@@ -356,8 +355,8 @@ std::vector<View> other_views(const Anatomy& a, const Trunk& trunk) {
   const View form{1, axes_of_form(a)};
   const bool turned = form.turn() > straight;
   if (turned) views.push_back(form);
-  if (trunk.shoulder[0]) return views;  // lungs bear those out: only the hips are not in view
-  constexpr double child = 0.68, giant = 1.22, trunk_and_more = 800;  // mm of an adult: from knee to chin
+  if (trunk.shoulder[0]) return views;  // confirmed by the lungs: only the hips are out of view
+  constexpr double child = 0.68, giant = 1.22, trunk_and_more = 800;  // mm, an adult from knee to chin
   const double height = a.step() * static_cast<double>(a.grid().size[2]);
   for (const double size : {child, giant}) {
     if (height <= trunk_and_more * size) continue;
@@ -367,10 +366,10 @@ std::vector<View> other_views(const Anatomy& a, const Trunk& trunk) {
   return views;
 }
 
-// Parts of a body that lies as its header says, but for turns and sizes that `other_views` looks at.
+// Parts of a body in the orientation of its header, with the turns and sizes of `other_views`.
 Segmentation parts_as_it_lies(const GreyVolume& volume, Anatomy& a, const Trunk& trunk, ClassParts* classes,
                               const SegmentOptions& options, const Progress& progress) {
-  if (!classes)  // they know better
+  if (!classes)  // classes need no other view
     for (const View& view : other_views(a, trunk))
       if (auto found = parts_in_view(volume, view, options, progress)) {
         warn_of_parts(*found);
@@ -381,8 +380,8 @@ Segmentation parts_as_it_lies(const GreyVolume& volume, Anatomy& a, const Trunk&
   return found;
 }
 
-// Parts of a body that its header turns over, in the body's own directions; nothing where these do not come
-// out better.
+// Parts of a body whose header has a wrong orientation, found in the body's own directions. Empty if these
+// are no better.
 std::optional<Segmentation> parts_turned_over(const GreyVolume& volume, const Eigen::Matrix3d& axes,
                                               const SegmentOptions& options, const Progress& progress) {
   const View view{1, axes};
@@ -390,7 +389,7 @@ std::optional<Segmentation> parts_turned_over(const GreyVolume& volume, const Ei
   Anatomy a = look(turned, options.step, options.threads);
   if (!ask_forest(a, options.forest)) return std::nullopt;
   const Trunk trunk = find_trunk(a, options.absent);
-  // nothing is left to doubt, and upright hips and shoulders both are in view
+  // accept if no half turn remains, hips or shoulders are found, and both if the header is upside down
   if (half_turn(a, trunk) || !(trunk.hip[0] || trunk.shoulder[0]) || (axes(2, 2) < 0 && !has_both(trunk)))
     return std::nullopt;
   SegmentOptions own = options;
@@ -411,7 +410,7 @@ std::optional<Segmentation> parts_turned_over(const GreyVolume& volume, const Ei
   return out;
 }
 
-/// Of the voxels on the faces of the scan, the share that is 0.
+/// Share of the voxels on the scan's outer faces that are 0.
 double zeros_at_border(const GreyVolume& volume) {
   const auto& size = volume.grid.size;
   std::int64_t zeros = 0, all = 0;
@@ -446,7 +445,7 @@ Result<Segmentation> segment(const GreyVolume& volume, const SegmentOptions& opt
         "segmentation",
         "these CT numbers show neither air nor fat, since none is below 0: were they stored with 1024 "
         "added? Subtract it, or say what they are (--quantity density_kgm3)");
-  // tissue and air are noisy, and an outermost slice through a body has few voxels of just one number
+  // tissue and air are noisy: few voxels of an outermost slice through a body share one exact value
   constexpr double most_zeros = 0.05;
   if (const double zeros = zeros_at_border(volume); volume.quantity == Quantity::hu && zeros > most_zeros)
     return failure(
@@ -458,7 +457,7 @@ Result<Segmentation> segment(const GreyVolume& volume, const SegmentOptions& opt
   if (!(options.step >= finest_step && options.step <= coarsest_step))
     return bad_use("segmentation", fmt::format("the work grid's step is {:.6g} mm: choose {:g} to {:g} mm",
                                                options.step, finest_step, coarsest_step));
-  constexpr double largest_scan = 5000;  // mm: the work grid spans the whole of it
+  constexpr double largest_scan = 5000;  // mm: the work grid spans the whole scan
   const Eigen::Array3d extent =
       volume.grid.spacing().array() *
       Eigen::Map<const Eigen::Array<std::int64_t, 3, 1>>(volume.grid.size.data()).cast<double>();
@@ -472,7 +471,7 @@ Result<Segmentation> segment(const GreyVolume& volume, const SegmentOptions& opt
   };
 
   for (const auto& [name, landmark] : options.given) {
-    constexpr double beyond = 100;  // mm: a joint may lie some way beyond the scan's end
+    constexpr double beyond = 100;  // mm: a joint may lie somewhat beyond the scan's end
     const Vector3d index = volume.grid.index(landmark.point);
     Vector3d inside;
     for (int c = 0; c < 3; ++c)
@@ -490,7 +489,7 @@ Result<Segmentation> segment(const GreyVolume& volume, const SegmentOptions& opt
 
   progress(0, "finding body and bones");
   const Grid grid = work_grid(volume, options.step, options.threads);
-  // all volumes on the work grid, with the scan (3 bytes); labels on the scan's own grid
+  // bytes of all volumes on the work grid, with the scan (3 bytes), and of the labels on the scan's own grid
   const double bytes = (bytes_at_work + 3.0) * static_cast<double>(grid.count()) +
                        (options.classes ? 2.0 : 1.0) * static_cast<double>(volume.grid.count());
   if (auto fits = admit_memory("segmentation",

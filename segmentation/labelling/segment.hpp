@@ -1,9 +1,9 @@
-// From a scan to labelled parts: the whole of segmentation in one call.
+// From a scan to labelled parts: the whole segmentation in one call.
 //
-// The scan is looked at on an isotropic grid along the patient's axes (work_grid): body (body_mask), bones
-// (tissues), hips, shoulders and spine (trunk), the ways along the limbs' bones (limbs), landmarks
-// (joint_centres, trunk_landmarks, column_levels), then three layers: bones by part (bones), flesh by bone
-// (soft_tissue), and the convention's planes (cuts, part_planes), which are applied to the scan's own voxels.
+// The scan is sampled on an isotropic grid along the patient's axes (work_grid). Steps: body (body_mask);
+// bones (tissues); hips, shoulders and spine (trunk); the way along each limb's bones (limbs); landmarks
+// (joint_centres, trunk_landmarks, column_levels). Three layers follow: bones by part (bones), flesh by bone
+// (soft_tissue), and the convention's planes (cuts, part_planes), applied to the scan's own voxels.
 #pragma once
 
 #include <array>
@@ -35,49 +35,48 @@ enum class Coverage {
 };
 std::string_view name_of(Coverage coverage);
 
-/// A note of a stump begins so: the part ends where one that hangs on it is told to be absent.
+/// Prefix of a stump's note: the next part of the limb is given as absent.
 inline constexpr std::string_view stump_note = "stump: ";
 
 struct PartFinding {
   Coverage coverage = Coverage::absent;
   double volume = 0;  ///< of its labelled voxels, mm^3
-  /// 0 to 1: falls with the deviation of the landmarks that bound the part (1 at none, 0.37 at 30 mm).
+  /// 0 to 1: falls with the deviation of the landmarks that bound the part (1 at 0 mm, 0.37 at 30 mm).
   double confidence = 0;
-  /// In plain words, empty where nothing is to be said; of a cut part first why it is cut.
+  /// A sentence, or empty. For a cut part, the first clause says why it is cut.
   std::string note;
 };
 
 struct Segmentation {
-  LabelMap labels;      ///< on the scan's own grid, labels as in parts.hpp: all parts, whatever is asked for
-  SegmentChoice asked;  ///< what of it is asked for; empty: all
-  Landmarks landmarks;  ///< patient frame, mm
-  std::vector<std::string> given;  ///< names of those that were given
+  LabelMap labels;                 ///< all parts, on the scan's own grid; labels as in parts.hpp
+  SegmentChoice asked;             ///< the requested segments; empty: all
+  Landmarks landmarks;             ///< patient frame, mm
+  std::vector<std::string> given;  ///< names of landmarks given by the user
   std::array<PartFinding, parts.size()> part{};
-  Convention convention = Convention::deleva1996;  ///< by which the parts were cut
-  AbsentParts absent{};  ///< told to be absent: they have no label, no landmark and no finding
+  Convention convention = Convention::deleva1996;  ///< that cut the parts
+  AbsentParts absent{};                            ///< given as absent: no label, no landmark, no finding
   std::vector<Warning> warnings{};
 };
 
-/// Steps of the work grid that parts are found on, mm: on coarser grids the ankles of slight bodies are lost.
+/// Limits of the work grid's step, mm: on coarser grids the ankles of slight bodies are lost.
 inline constexpr double finest_step = 1, coarsest_step = 6;
 
 struct SegmentOptions {
   double step = 3;    ///< of the work grid, mm, from finest_step to coarsest_step
   int threads = 0;    ///< 0: as many as the machine has
-  Landmarks given{};  ///< placed by hand: these take the place of those found
-  /// Somebody else's classes, which then tell bones and flesh (class_parts.hpp); outlives the call.
+  Landmarks given{};  ///< placed by hand; they replace those found
+  /// Another program's classes, which then define bones and flesh (class_parts.hpp). Must outlive the call.
   const ClassLabels* classes = nullptr;
-  Convention convention = Convention::deleva1996;  ///< by which the parts are cut
-  AbsentParts absent{};                            ///< what the body lacks: nothing is looked for there
-  const Forest* forest =
-      nullptr;  ///< asked what each place is; null: the program's own. It outlives the call.
-  /// Called with the share done (0 to 1) and what is done next.
+  Convention convention = Convention::deleva1996;  ///< that cuts the parts
+  AbsentParts absent{};                            ///< parts that the body lacks; not searched for
+  const Forest* forest = nullptr;  ///< gives the proposal; null: the built-in one. Must outlive the call.
+  /// Called with the fraction done (0 to 1) and the name of the next step.
   std::function<void(double, std::string_view)> progress{};
 };
 
-/// Parts of a CT or density volume. Parts that the scan does not hold are absent, never invented; so are
-/// those told to be. Errors: a volume that is neither CT numbers nor densities, an empty one, one without a
-/// body in it.
+/// Segments a CT or density volume. Parts outside the scan, and those given as absent, are absent, never
+/// invented. Errors: a volume that holds neither CT numbers nor densities; an empty volume; no body in it;
+/// damaged values; impossible options or given landmarks.
 Result<Segmentation> segment(const GreyVolume& volume, const SegmentOptions& options = {});
 
 }  // namespace borelli

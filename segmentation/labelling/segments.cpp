@@ -11,7 +11,7 @@
 namespace borelli {
 namespace {
 
-// what may be asked for: every label's name, and groups that all of their parts are there for
+// allowed segments: the name of every label, and groups whose parts are all present
 std::vector<std::string> choices(std::span<const std::string> names) {
   std::vector<std::string> all;
   for (const std::string& name : names)
@@ -38,7 +38,7 @@ Result<SegmentChoice> choose_segments(std::string_view list, std::span<const std
   SegmentChoice choice;
   if (list.empty()) return choice;
   const auto known = choices(names);
-  std::map<std::string, std::string> taken;  // by the label's name: which segment has it
+  std::map<std::string, std::string> taken;  // label name to the segment that has it
   for (const std::string& word : words_of(list)) {
     if (std::ranges::find(known, word) == known.end())
       return bad_use("--segments",

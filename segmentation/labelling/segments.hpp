@@ -1,4 +1,4 @@
-// Which segments are asked for: parts by name, and groups of parts that count as one.
+// The segments that a user requests: parts by name, and groups of parts that count as one.
 //
 //   trunk                  lower, middle and upper trunk, as de Leva (1996) gives the whole trunk
 //   arm_left, arm_right    upper arm, forearm and hand
@@ -19,7 +19,7 @@ namespace borelli {
 
 struct SegmentGroup {
   std::string_view name;
-  std::array<std::string_view, 3> parts;  ///< the first hangs on the rest of the body
+  std::array<std::string_view, 3> parts;  ///< the first joins the rest of the body
 };
 
 inline constexpr std::array<SegmentGroup, 5> segment_groups{{
@@ -30,7 +30,7 @@ inline constexpr std::array<SegmentGroup, 5> segment_groups{{
     {"leg_right", {"thigh_right", "shank_right", "foot_right"}},
 }};
 
-/// A group by its name; null where there is none.
+/// A group by its name; null if there is none.
 constexpr const SegmentGroup* segment_group(std::string_view name) {
   for (const SegmentGroup& group : segment_groups)
     if (group.name == name) return &group;
@@ -40,34 +40,33 @@ constexpr const SegmentGroup* segment_group(std::string_view name) {
 /// Whether a name is a part's or a group's.
 constexpr bool is_segment(std::string_view name) { return part_label(name) > 0 || segment_group(name); }
 
-/// A segment that is asked for.
+/// A requested segment.
 struct Segment {
   std::string name;
-  std::vector<std::string> of;  ///< the labels it is made of, by name: itself, or a group's parts
+  std::vector<std::string> of;  ///< names of its labels: its own, or its group's parts
 };
-/// In the order of asking; empty: every label as it is.
+/// In the order of the request; empty: every label as it is.
 using SegmentChoice = std::vector<Segment>;
 
-/// What `--segments` says of itself.
+/// Help text of `--segments`.
 inline constexpr const char* segments_help =
     "Which segments, with commas between: parts by name, and trunk, arm_left, arm_right, leg_left, "
     "leg_right, "
     "which count their parts as one (default: every part)";
 
-/// From a list as a user writes it ("trunk,thigh_left"). `names`: of the labels that there are (a label map's
-/// names; by default the sixteen parts); groups whose parts are all among them count too. An empty list is an
-/// empty choice. Errors: a name that is none (the sentence lists those there are), one asked for twice, a
-/// part asked for beside its group.
+/// Parses a list such as "trunk,thigh_left". `names`: the names of a label map (default: the sixteen parts).
+/// Groups are allowed if all of their parts are in `names`. An empty list is an empty choice. Errors: an
+/// unknown name (the message lists the known ones), a repeated name, a part together with its group.
 Result<SegmentChoice> choose_segments(std::string_view list, std::span<const std::string> names);
 Result<SegmentChoice> choose_segments(std::string_view list);
 
-/// The labels of the asked segments alone. Parts and other labels keep their number; groups have those after
-/// the last name's, in the order of asking. Without a choice the map as it is.
+/// A label map of the requested segments only. Parts and other labels keep their number; groups get numbers
+/// after the last name's, in the order of the request. Without a choice, the map as it is.
 LabelMap labels_of_segments(const LabelMap& all, const SegmentChoice& choice);
 
-/// The segments that are there as a tree, in the order of `parts`, groups where their first part stands: each
-/// hangs on the segment that holds its part's parent. `present`: names of parts and groups; others are left
-/// out.
+/// The segments in `present` (names of parts and groups) as a tree, in the order of `parts`; a group stands
+/// at its first part. Each segment's parent is the segment that contains its part's parent. Other names are
+/// left out.
 std::vector<Part> segment_tree(std::span<const std::string> present);
 
 }  // namespace borelli

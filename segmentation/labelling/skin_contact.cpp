@@ -7,7 +7,7 @@ constexpr bool is_arm(int label) {
   return label >= part_label("upper_arm_left") && label <= part_label("hand_right");
 }
 
-// Parts that a joint joins; a hand and an upper arm are joined by what lies between.
+// Whether a joint connects two parts. (Hand and upper arm are not neighbours.)
 bool neighbours(int a, int b) {
   const auto& first = parts[static_cast<std::size_t>(a)];
   const auto& second = parts[static_cast<std::size_t>(b)];
@@ -32,7 +32,7 @@ std::array<double, parts.size()> contact_areas(const Anatomy& a, const Volume<st
         const std::array<std::array<std::int64_t, 3>, 3> next{{{i + 1, j, k}, {i, j + 1, k}, {i, j, k + 1}}};
         for (const auto& n : next) {
           const int other = owner.at(n[0], n[1], n[2]);
-          // most voxels lie among their own: only where flesh of an arm meets another's the planes are asked
+          // few voxels reach the planes' test: only flesh of an arm beside flesh of another part
           if (other == mine || other == 0 || (!is_arm(mine) && !is_arm(other)) ||
               !a.body.at(n[0], n[1], n[2]))
             continue;

@@ -1,4 +1,4 @@
-// Where skin touches skin: between flesh of parts that no joint joins, nothing in the scan shows the border.
+// Area where skin touches skin. There the scan does not show the border between parts that no joint connects.
 #pragma once
 
 #include <array>
@@ -9,9 +9,9 @@
 
 namespace borelli {
 
-/// By part, how much of its flesh meets flesh of parts that are no neighbours of it in the body's tree (or,
-/// at the shoulder, meets it beyond the reach of the joint's plane), mm^2. Of arms only: between thighs the
-/// body's middle is the border.
+/// For each part, the area where its flesh touches flesh of parts that are not its neighbours in the body's
+/// tree, mm^2. At the shoulder, contact beyond 1.5 times the reach of the joint's plane counts too. Arms
+/// only: between the thighs, the midsagittal plane is the border.
 std::array<double, parts.size()> contact_areas(const Anatomy& anatomy, const Volume<std::uint8_t>& owner,
                                                const PartPlanes& planes);
 

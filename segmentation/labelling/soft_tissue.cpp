@@ -12,9 +12,9 @@
 namespace borelli {
 namespace {
 
-// what a step through fat costs per mm: between two limbs it must be dearer than the way from either's bones
+// cost of a step through fat, per mm: between two limbs it must exceed the cost from either limb's bones
 constexpr float through_fat = 10;
-// and where a voxel holds much of the air between them
+// the same for a voxel with much air between limbs
 constexpr float through_air = 100;
 
 bool below_waist(std::uint8_t label) {
@@ -26,7 +26,7 @@ bool of_trunk(std::uint8_t label) {
   return label >= part_label("upper_trunk") && label <= part_label("lower_trunk");
 }
 
-// labels spread to unlabelled neighbours, voxel layer by voxel layer
+// spreads labels to unlabelled neighbours, one voxel layer at a time
 void spread(Volume<std::uint8_t>& labels, int layers, int threads) {
   const auto& g = labels.grid;
   for (int n = 0; n < layers; ++n) {
@@ -67,7 +67,7 @@ Volume<std::uint8_t> label_soft_tissue(const Anatomy& a, const LeanFlesh& lean,
                            kind_of_part),
                     bones);
 
-  // `is_one` tells the parts among which the plain length of the way decides
+  // `is_one`: the parts that plain path length divides
   const auto part_by_length = [&](bool (*is_one)(std::uint8_t)) {
     Volume<std::uint8_t> own_bones = bones;
     for (auto& label : own_bones.voxels)
@@ -81,7 +81,7 @@ Volume<std::uint8_t> label_soft_tissue(const Anatomy& a, const LeanFlesh& lean,
     for (std::size_t o = 0; o < g.count(); ++o)
       if (by_length.voxels[o]) owner.voxels[o] = by_length.voxels[o];
   };
-  // where no plane parts the trunk, depth would give the belly to the ribs
+  // if no plane divides the trunk, depth would give the abdomen to the ribs
   if (convention == Convention::bone) part_by_length(of_trunk);
   part_by_length(below_waist);
   part_touching_flesh(a, lean.mask, owner);

@@ -1,4 +1,4 @@
-// The soft tissue layer: which part's flesh each place of the body is, wherever the convention cuts.
+// The soft tissue layer: the part whose flesh each body voxel is, before the convention's planes cut.
 #pragma once
 
 #include "segmentation/body/anatomy.hpp"
@@ -7,14 +7,17 @@
 
 namespace borelli {
 
-/// Every body voxel goes to the part whose bone has the cheapest way to it through the body. In lean flesh
-/// (see touching_flesh.hpp) a step costs 1 / (1 + d), d the depth below its surface in mm; in fat it is
-/// dearer by far, so that a way from arm to trunk where skin touches skin is dear, and where it crosses air
-/// the dearest. Fat between an arm and what it touches is shared by its thickness beside. Below the waist the
-/// depth misleads (legs touch along a broad deep face, and the pelvis' crest lies shallow), and the plain
-/// length of the way decides among pelvis and legs; by `bone` also among the trunk's three parts, which no
-/// plane parts there: whose bone is nearest. `bones`: part labels of bone voxels. The result reaches
-/// `margin` mm beyond the body.
+/// Assigns every body voxel to the part whose bone has the cheapest way to it through the body. `bones`: part
+/// labels of bone voxels. The result extends `margin` mm beyond the body.
+///
+/// In lean flesh (see touching_flesh.hpp) a step costs 1 / (1 + d), with d the depth below its surface in mm.
+/// Fat costs far more, so ways from arm to trunk across touching skin are expensive; voxels with air between
+/// limbs cost most. Fat between an arm and what it touches is divided by the fat's thickness beside the
+/// contact.
+///
+/// Below the waist depth is misleading: legs touch along a broad deep face, and the iliac crest is shallow.
+/// So pelvis and legs are divided by plain path length. With `bone` the trunk's three parts are too, since no
+/// plane separates them.
 Volume<std::uint8_t> label_soft_tissue(const Anatomy& anatomy, const LeanFlesh& lean,
                                        const Volume<std::uint8_t>& bones, double margin,
                                        Convention convention);

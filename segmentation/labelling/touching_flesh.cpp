@@ -18,18 +18,18 @@ namespace {
 
 using Eigen::Vector3d;
 
-// the thickest fat under an arm, and under what it lies on, that is looked through, mm
+// the thickest fat considered: of an arm, and of what it touches, mm
 constexpr double most_of_arm = 40, most_of_other = 60;
-// epidermis and dermis, which do not give where they are pressed, mm (Laurent et al. 2007, Vaccine 25:6423:
-// 1.5 to 2.5 mm from thigh to shoulder)
+// epidermis and dermis, which pressure does not thin, mm (Laurent et al. 2007, Vaccine 25:6423: 1.5 to 2.5 mm
+// from thigh to shoulder)
 constexpr double skin = 2;
-// half way between fat and air: a blurred edge lies there, CT number
+// midway between fat and air: the CT number at a blurred edge
 constexpr double blurred_skin = -550;
-// how far off on the free skin fat counts that tells of the fat at a place, as a standard deviation and at
-// most, mm
+// range of the free skin that informs the fat thickness at a point: standard deviation of the weight, and
+// limit, mm
 constexpr double near = 25, farthest = 75;
 
-// 0: no arm
+// 1, 2: the arm of a label; 0: not an arm
 constexpr int arm_of(int label) {
   if (label < part_label("upper_arm_left") || label > part_label("hand_right")) return 0;
   return label % 2 == part_label("upper_arm_left") % 2 ? 1 : 2;
@@ -58,7 +58,7 @@ struct Box {
   }
 };
 
-// Points in cells of some centimetres, to be found by place.
+// Points sorted into cells of some centimetres, for search by position.
 template <class Item>
 class Cells {
  public:
@@ -101,7 +101,7 @@ class Cells {
   std::vector<std::vector<std::pair<Vector3d, Item>>> cells_;
 };
 
-// The surface of lean flesh as points between voxels, each with its owner.
+// The surface of lean flesh: points between voxels, each with its owner.
 using Surface = Cells<std::uint8_t>;
 
 struct Nearest {
@@ -110,7 +110,7 @@ struct Nearest {
   Vector3d point;
 };
 
-// the nearest point of a surface whose owner counts; none within `reach`
+// the nearest surface point whose owner satisfies `counts`; empty if none within `reach` mm
 template <class Counts>
 std::optional<Nearest> nearest(const Surface& surface, const Vector3d& point, double reach,
                                const Counts& counts) {
@@ -125,7 +125,8 @@ std::optional<Nearest> nearest(const Surface& surface, const Vector3d& point, do
   }
 }
 
-// How much of the gap between two lean surfaces is the first one's fat, given what either has on free skin.
+// The first surface's share of the gap between two lean surfaces, mm. `first`, `second`: fat thickness of
+// each on free skin, mm.
 double border(double gap, double first, double second) {
   const double pressed = first + second - gap;
   if (pressed <= 0) return gap * first / (first + second);
@@ -139,7 +140,7 @@ double border(double gap, double first, double second) {
 
 LeanFlesh lean_flesh(const Anatomy& a) {
   const auto& g = a.grid();
-  const double thin = std::max(3.0, a.step()) * 1.01;  // half of what is too thin
+  const double thin = std::max(3.0, a.step()) * 1.01;  // half of the least thickness
   const Mask dense = where(g, [&](std::size_t o) {
     return a.body.voxels[o] && (a.bone.voxels[o] || a.scan.hu.voxels[o] >= fat_to_hu);
   });
@@ -154,8 +155,8 @@ LeanFlesh lean_flesh(const Anatomy& a) {
 
 namespace {
 
-// An arm's lean surface and that of all else, and how thick fat is below the free skin of either, near where
-// the two touch.
+// The lean surfaces of an arm and of all other parts, and the fat thickness below the free skin of either,
+// near their contact.
 class Contact {
  public:
   Contact(const Anatomy& a, const Mask& lean, const Volume<std::uint8_t>& owner, int arm)
@@ -176,8 +177,8 @@ class Contact {
   const Box& box() const { return box_; }
   bool is_disputed(std::size_t o) const { return disputed_.voxels[o] != 0; }
 
-  // Whose place of fat it is: the part of the nearest lean flesh on its side of the border; nothing where
-  // lean flesh or free skin of either side is not near.
+  // The owner of a point in fat: the part of the nearest lean flesh on its side of the border. Empty if lean
+  // flesh or free skin of either side is not near.
   std::optional<std::uint8_t> owner_of(const Vector3d& p, std::optional<double> fat_of_arm,
                                        std::optional<double> fat_of_other) const {
     const auto to_arm = nearest(*surface_, p, most_of_arm, [&](std::uint8_t l) { return own(l); });
@@ -192,7 +193,7 @@ class Contact {
     return arms ? to_arm->label : to_other->label;
   }
 
-  // mean thickness of fat below free skin about a place, mm
+  // mean fat thickness below free skin around a point, mm
   std::optional<double> fat_at(const Vector3d& p, bool of_arm) const {
     double sum = 0, weight = 0;
     (of_arm ? *of_arm_ : *of_other_).within(p, farthest, [&](const Vector3d& q, float thickness) {
@@ -207,7 +208,7 @@ class Contact {
  private:
   bool own(std::uint8_t label) const { return arm_of(label) == arm_; }
 
-  // fat no farther than it may be thick from where flesh of the arm meets other flesh
+  // fat within its greatest thickness (most_of_arm) of contact between flesh of the arm and other flesh
   static Mask disputed(const Anatomy& a, const Mask& lean, const Volume<std::uint8_t>& owner, int arm) {
     const auto& g = a.grid();
     Mask faces{g, std::vector<std::uint8_t>(g.count(), 0)};
@@ -230,7 +231,7 @@ class Contact {
     });
   }
 
-  // where the CT number passes the limits of lean flesh and skin between two voxels
+  // locates lean and skin surfaces where the CT number crosses their limits between two voxels
   void measure() {
     const auto& g = a_.grid();
     const double step = a_.step();
@@ -270,7 +271,7 @@ class Contact {
         const auto same = nearest(*surface_, p, arms ? most_of_arm : most_of_other,
                                   [&, mine = arms](std::uint8_t l) { return own(l) == mine; });
         if (!same) continue;
-        // beside a crevice the other's skin may be nearer than it seems
+        // near a crevice the skin may belong to the other side
         if (!nearest(*surface_, p, same->distance + 2 * step,
                      [&, mine = arms](std::uint8_t l) { return own(l) != mine; }))
           thickness[n] = static_cast<float>(same->distance);
@@ -292,8 +293,8 @@ class Contact {
   std::optional<Cells<float>> of_arm_, of_other_;
 };
 
-// What most of a disputed place's neighbours are, it is: single ones that noise or a vessel put on the wrong
-// side go to the other.
+// Majority filter: a disputed voxel takes the side of most of its neighbours. Corrects single voxels that
+// noise or a vessel put on the wrong side.
 void smooth_border(const Anatomy& a, const Contact& contact, int arm, Volume<std::uint8_t>& owner) {
   const auto& g = a.grid();
   const Volume<std::uint8_t> before = owner;
@@ -331,7 +332,7 @@ void part_touching_flesh(const Anatomy& a, const Mask& lean, Volume<std::uint8_t
     const Contact contact(a, lean, before, arm);
     const Box& box = contact.box();
     if (box.empty()) continue;
-    // fat's thickness changes little over so many voxels
+    // fat thickness hardly changes over this many voxels
     constexpr std::int64_t block = 4;
     const auto blocks = [&](std::size_t c) { return (box.high[c] - box.low[c]) / block + 1; };
     in_turns(blocks(2), a.threads, [&](std::int64_t first, std::int64_t last) {

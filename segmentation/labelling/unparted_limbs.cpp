@@ -29,8 +29,8 @@ const Landmark* find(const Landmarks& marks, const std::string& name) {
   return it == marks.end() ? nullptr : &it->second;
 }
 
-// The longest upper arm of a body of this size, mm, by hips and shoulders or the shoulders' breadth (de
-// Leva's male: 282 at 515 from hips to shoulders and 364 from shoulder to shoulder); 0: nothing tells it.
+// The longest plausible upper arm for this body, mm, by the distance from hips to shoulders or the shoulders'
+// width (de Leva's male: 282 at 515 from hips to shoulders and 364 from shoulder to shoulder). 0: unknown.
 double usual_upper_arm(const Landmarks& marks) {
   constexpr double length = 282, tall = 515, broad = 364, longest = 1.15;
   const Landmark *left = find(marks, "shoulder_left"), *right = find(marks, "shoulder_right"),
@@ -49,7 +49,7 @@ void tell_stumps(Segmentation& out) {
   for (std::size_t n = 5; n < parts.size(); ++n) {
     PartFinding& finding = out.part[n];
     if (finding.volume == 0) continue;
-    std::string lacks;  // outwards from here
+    std::string lacks;  // absent parts, outwards from here
     for (std::size_t m = n + 1, last = n; m < parts.size(); ++m) {
       if (!out.absent[m] || parts[m].parent != parts[last].name) continue;
       const std::string_view name = parts[m].name;
@@ -70,7 +70,7 @@ void tell_what_is_not_parted(const PartPlanes& planes, Segmentation& out) {
   };
   for (std::size_t n = 1; n < parts.size(); ++n) {
     if (out.part[n].coverage != Coverage::whole) continue;
-    // the chain outwards from here that no plane parts off
+    // the following parts of the limb that no plane separates
     std::string held, joint;
     std::size_t last = n;
     for (std::size_t m = 1; m < parts.size(); ++m) {
@@ -91,13 +91,13 @@ void tell_what_is_not_parted(const PartPlanes& planes, Segmentation& out) {
     if (last == n) continue;
     out.part[n].coverage = Coverage::cut;
     out.part[n].confidence = std::min(out.part[n].confidence, 0.2);
-    out.part[n].note.clear();  // "no plane at knee_left" says less
+    out.part[n].note.clear();  // replaces "no plane at knee_left"
     add(out.part[n].note, "no " + joint + " was found: this part contains the " + held);
   }
 }
 
 void doubt_unparted_limbs(Segmentation& out) {
-  constexpr double share = 0.01, longer = 1.1, thick = 20;  // of a part; of a length; mm
+  constexpr double share = 0.01, longer = 1.1, thick = 20;  // fraction of a part; ratio of lengths; mm
   const Grid& g = out.labels.grid;
   for (const LimbPart& limb : limb_parts)
     for (const int side : {left_side, right_side}) {

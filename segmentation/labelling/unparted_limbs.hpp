@@ -1,4 +1,4 @@
-// Parts of limbs that hold what hangs on them too, since no joint was found between.
+// Limb parts that contain the next part too, because no joint was found between them.
 #pragma once
 
 #include "segmentation/body/anatomy.hpp"
@@ -8,20 +8,20 @@
 
 namespace borelli {
 
-/// Names the stumps: a part on which hangs one that is told to be absent is cut, and what is absent has the
-/// note `absent_as_told`.
+/// Marks stumps: a part whose child is given as absent is cut. Absent parts get the note `absent_as_told`.
 void tell_stumps(Segmentation& out);
 
-/// A limb's part that ends within the scan, without a plane at its far joint, holds what hangs on it.
+/// Marks limb parts that end within the scan without a plane at their far joint: they contain the next part
+/// too.
 void tell_what_is_not_parted(const PartPlanes& planes, Segmentation& out);
 
-/// A limb's part that the scan cuts, without its far joint, is in doubt where it reaches beyond the other
-/// side's length (or, of a thigh whose hip is not told either, below the other side's knee; of arms that both
-/// lack their elbow, beyond an adult's of that size).
+/// Doubts limb parts that the scan cuts and whose far joint is not known, if they are too long. Limits: the
+/// other side's length; for a thigh without a hip landmark, the other side's knee; for arms that both lack
+/// their elbow, the upper arm of an adult of that size.
 void doubt_unparted_limbs(Segmentation& out);
 
-/// Of a raised arm that the scan's side cuts before its wrist the hand may lie on the head, and counts as
-/// its.
+/// Doubts the head if the scan's side cuts a raised arm before its wrist: the hand may lie on the head and be
+/// labelled as head.
 void doubt_head_under_arms(const Anatomy& anatomy, const Limbs& limbs, Segmentation& out);
 
 }  // namespace borelli

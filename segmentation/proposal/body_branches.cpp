@@ -17,7 +17,8 @@ std::array<std::int64_t, 3> index_of(const Grid& g, std::size_t o) {
   return {n % g.size[0], n / g.size[0] % g.size[1], n / (g.size[0] * g.size[1])};
 }
 
-// the deep flesh nearest to its centre: deep places count most, so that limbs hardly shift it
+// The deep flesh nearest to the body's centre. The weights grow with depth, so that limbs hardly shift the
+// centre.
 std::size_t middle_of(const CoarseBody& b) {
   double sum = 0;
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
@@ -55,10 +56,10 @@ std::vector<std::uint16_t> distances_from(const CoarseBody& b, std::size_t start
   return out;
 }
 
-// pieces that no way from the middle reaches get none of these
+// Pieces that no path from the centre reaches keep the initial values.
 void measure_ends(const CoarseBody& b, BodyBranches& out) {
   constexpr int most_ends = 5;
-  constexpr int least_apart = 150;  // mm: what is nearer to an end than this has no end of its own
+  constexpr int least_apart = 150;  // mm: a point nearer than this to an end is no further end
   const std::size_t count = b.grid().count();
   out.nearest_end.assign(count, no_distance);
   out.next_end.assign(count, no_distance);

@@ -16,7 +16,7 @@ struct Farthest {
   double length = 0;
 };
 
-// the bone voxel that is farthest from a voxel, along places that may be entered
+// the bone voxel with the longest path from `start` through open voxels
 Farthest farthest_bone(const Mask& open, const std::vector<std::size_t>& bones, std::size_t start,
                        int threads) {
   Volume<std::uint8_t> seeds{open.grid, std::vector<std::uint8_t>(open.grid.count())};
@@ -30,7 +30,7 @@ Farthest farthest_bone(const Mask& open, const std::vector<std::size_t>& bones, 
   return out;
 }
 
-// a mask cut to the box around its own voxels, with `extra` voxels on each side
+// The bounding box of a mask, with `extra` voxels on each side (box_around); masks are cut to it (cut_to).
 struct BoneBox {
   std::array<std::int64_t, 3> low, size;
 };

@@ -15,10 +15,10 @@ struct VoxelBox {
   std::array<std::int64_t, 3> low, high;
 };
 
-/// The table holds sums modulo 2^32: a box's sum is right if it fits 32 bits with its sign.
+/// The table holds sums modulo 2^32: a box's sum is correct if it fits a signed 32-bit integer.
 class BoxSums {
  public:
-  /// `value(offset)` is the voxel's number.
+  /// `value(offset)` gives the voxel's integer value.
   template <class Value>
   BoxSums(const Grid& grid, const Value& value)
       : size_(grid.size), row_(grid.size[0] + 1), slice_(row_ * (grid.size[1] + 1)) {

@@ -31,7 +31,7 @@ void evaluate(const VoxelFeatures& features, const Forest& forest, std::size_t p
     out[c] = static_cast<std::uint8_t>((sums[c] + trees / 2) / trees);
 }
 
-// the mean of the neighbours that were evaluated, if there are any and they all are sure of the same class
+// the mean of the evaluated neighbours; false unless all exist and are sure of the same class
 bool interpolate(const CoarseBody& b, const std::vector<std::int32_t>& place_at,
                  const std::vector<std::uint8_t>& shares, std::array<std::int64_t, 3> at, std::uint8_t* out) {
   std::array<std::uint32_t, voxel_class_count> sums{};

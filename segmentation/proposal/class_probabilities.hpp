@@ -1,4 +1,4 @@
-// How probable each class is at each voxel of the body, by a forest.
+// Probability of each class at each voxel of the body, by a forest.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@
 
 namespace borelli {
 
-/// The classes that voxels are told apart by; left and right are alike.
+/// The classes of the forest; left and right share a class.
 inline constexpr std::array<std::string_view, 8> voxel_classes{"head", "trunk", "upper_arm", "forearm",
                                                                "hand", "thigh", "shank",     "foot"};
 inline constexpr std::size_t voxel_class_count = voxel_classes.size();
@@ -26,11 +26,12 @@ struct ClassProbabilities {
   const std::uint8_t* of(std::size_t place) const { return shares.data() + place * voxel_classes.size(); }
 };
 
-/// Evaluates the forest at every second voxel along each axis, then at those others whose neighbours there
-/// differ or doubt; the rest take their neighbours' mean. Errors: a forest with other features or classes.
+/// Evaluates the forest at every second voxel along each axis, then at those others whose evaluated
+/// neighbours disagree or are unsure; the rest take their neighbours' mean. Errors: a forest with other
+/// features or classes.
 Result<ClassProbabilities> class_probabilities(const VoxelFeatures& features, const Forest& forest);
 
-/// The forest that the program holds. Errors: none but those of a program built from a damaged file.
+/// The forest that is built into the program. Errors: only if it was built from a damaged file.
 Result<Forest> ready_forest();
 
 }  // namespace borelli

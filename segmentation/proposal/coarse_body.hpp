@@ -1,4 +1,4 @@
-// The body on a grid of 4 mm, on which voxels are labelled by learning.
+// The body on a grid of 4 mm, on which the forest labels voxels.
 #pragma once
 
 #include <cstdint>
@@ -11,12 +11,12 @@ namespace borelli {
 /// Step of the grid that features are computed on, mm. The forest is trained at this step.
 inline constexpr double labelling_step = 4;
 
-/// What features are computed from. The grid starts at the work grid's first voxel and is parallel to it.
+/// Input of the features. The grid starts at the work grid's first voxel and is parallel to it.
 struct CoarseBody {
   Volume<std::int16_t> hu;             ///< mean CT number of each voxel, clamped to -1000 .. 1000
   Mask seen;                           ///< 1 where the scan shows the place
   Mask body, bone;                     ///< the anatomy's masks at the voxel's centre
-  std::vector<std::uint8_t> depth;     ///< below the skin, mm, up to 200; 0 outside the body
+  std::vector<std::uint8_t> depth;     ///< depth below the skin, mm, up to 200; 0 outside the body
   std::vector<std::uint8_t> off_bone;  ///< distance to bone, mm, up to 60
   std::vector<std::uint32_t> places;   ///< offsets of the body's voxels, ascending
   int threads = 0;                     ///< 0: as many as the machine has

@@ -14,7 +14,7 @@ namespace borelli {
 namespace {
 
 constexpr std::size_t most_bytes = std::size_t{1} << 28;
-constexpr int deepest = 200;  // branches above a leaf
+constexpr int deepest = 200;  // largest number of branches above a leaf
 constexpr std::size_t most_classes = 64;
 
 struct Header {
@@ -29,7 +29,7 @@ std::vector<std::string> words_of(std::istringstream& line) {
   return {std::istream_iterator<std::string>(line), std::istream_iterator<std::string>()};
 }
 
-// what stands in the lines before the packed bytes; nothing where they are damaged
+// The text lines before the packed bytes; empty if they are damaged.
 std::optional<Header> parse_header(std::string_view bytes) {
   Header h;
   while (true) {
@@ -104,7 +104,7 @@ Result<Forest> parse_forest(std::string_view bytes, const std::string& where) {
   std::size_t at = 0;
   for (std::size_t tree = 0; tree < header->trees; ++tree) {
     out.roots_.push_back(static_cast<std::uint32_t>(out.nodes_.size()));
-    std::vector<std::uint32_t> waiting;  // branches whose right subtree is still to come
+    std::vector<std::uint32_t> waiting;  // branches whose right subtree follows later
     while (true) {
       if (at >= data.size()) return damaged("a tree ends too early");
       const std::uint8_t feature = data[at++];

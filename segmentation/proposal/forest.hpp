@@ -1,17 +1,16 @@
-// Extremely randomised trees (Geurts, Ernst & Wehenkel 2006, Machine Learning 63:3) that were trained
-// elsewhere (segmentation/training): reading a model file, and the classes' probabilities of a row of
-// features.
+// Extremely randomised trees (Geurts, Ernst & Wehenkel 2006, Machine Learning 63:3): reads a model file, and
+// computes class probabilities from a row of features. segmentation/training trains them.
 //
-// The file: lines of text, each a key and its words, then bytes that zlib's deflate made.
+// The file: lines of text, each a key and its words, then bytes compressed by zlib's deflate.
 //   borelli-forest 1
 //   features NAME ...         in the order of a row
 //   classes NAME ...
-//   deviation NAME VALUE      any number of them: what else was measured in training
+//   deviation NAME VALUE      any number of them: standard deviations measured in training
 //   trees N
 //   bytes PACKED UNPACKED CRC32     CRC-32 of the unpacked bytes, in hexadecimal digits
-// Unpacked: each tree in preorder. A branch is the feature's number (1 byte) and the threshold (2 bytes,
-// least first, signed); the left subtree, which holds values up to the threshold, follows, then the right
-// one. A leaf is the byte 255 and the probability of each class in 255ths, one byte each, whose sum is 255.
+// Unpacked: each tree in preorder. A branch is the feature's index (1 byte) and the threshold (2 bytes,
+// little-endian, signed). The left subtree, for values up to the threshold, follows, then the right one. A
+// leaf is the byte 255 and the probability of each class in 255ths, one byte each, with a sum of 255.
 #pragma once
 
 #include <cstdint>
@@ -32,7 +31,7 @@ class Forest {
 
   std::size_t trees() const { return roots_.size(); }
   std::size_t nodes() const { return nodes_.size(); }
-  /// Probability of each class, in parts of `whole()`: the sum over the trees' leaves. Sizes: #features,
+  /// Probability of each class in units of 1 / whole(): the sum over the trees' leaves. Sizes: #features,
   /// #classes.
   void add_up(std::span<const std::int16_t> row, std::span<std::uint32_t> sums) const;
   std::uint32_t whole() const { return 255 * static_cast<std::uint32_t>(trees()); }
@@ -52,11 +51,11 @@ class Forest {
   std::vector<std::uint8_t> leaves_;
 };
 
-/// From a model file's bytes; `where` names them in errors. Errors: another format or version, a damaged
+/// Parses a model file's bytes; `where` names them in errors. Errors: another format or version, a damaged
 /// file.
 Result<Forest> parse_forest(std::string_view bytes, const std::string& where);
 
-/// From a file. Errors: as above; a file that cannot be read.
+/// Reads a model file. Errors: as above; a file that cannot be read.
 Result<Forest> read_forest(const std::string& path);
 
 }  // namespace borelli

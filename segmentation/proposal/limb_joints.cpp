@@ -12,15 +12,15 @@ namespace {
 
 constexpr double bin = 4;             // mm along the limb
 constexpr double about_cut = 8;       // mm to each side
-constexpr double least_segment = 20;  // mm: a shorter one is none, and its cut no joint
+constexpr double least_segment = 20;  // mm: a shorter segment is dropped, and its cut is no joint
 
-// A limb's voxels in the order along it.
+// A limb's voxels with their distances along it.
 struct Along {
   std::vector<std::size_t> places;
   std::vector<float> length;  // from the root, mm; by index into places
 };
 
-// The class whose voxels are summed per bin: three of a limb, the first at the root.
+// Probabilities summed per bin: the limb's three classes, the first at the root.
 using Profile = std::vector<std::array<double, 3>>;
 
 struct Cuts {
@@ -28,7 +28,7 @@ struct Cuts {
   double score = 0;
 };
 
-// greatest sum of probabilities over both cuts, by sums from the start
+// the two cuts with the greatest sum of probabilities, from cumulative sums
 Cuts best_cuts(const Profile& profile) {
   const std::size_t n = profile.size();
   std::vector<std::array<double, 3>> sums(n + 1, {0, 0, 0});
@@ -68,7 +68,7 @@ Profile profile_of(const Along& along, const ClassProbabilities& probabilities, 
   return profile;
 }
 
-// the limb's order from its root; where it has none, from that of its ends which gives the better cuts
+// Distances from the limb's root. Without a root: from the end of the limb that gives the better cuts.
 std::pair<Along, Cuts> order_limb(const CoarseBody& b, const ClassProbabilities& probabilities,
                                   const BodyPieces& pieces, std::size_t number,
                                   const std::vector<std::size_t>& places) {
@@ -169,7 +169,7 @@ LimbSegments limb_segments(const CoarseBody& b, const ClassProbabilities& probab
       continue;
     }
     const std::size_t first_class = piece.region == BodyRegion::arm ? 2 : 5;
-    // what no way reaches stays with the first segment
+    // voxels that no path reaches stay with the first segment
     for (const std::size_t n : by_piece[p]) put(n, first_class, piece.side);
     const auto [along, cuts] = order_limb(b, probabilities, pieces, p, by_piece[p]);
     for (std::size_t n = 0; n < along.places.size(); ++n) {

@@ -13,16 +13,16 @@ namespace {
 
 constexpr float core_from = 0.8F;          // probability at which a piece starts
 constexpr double least_core = 8000;        // mm^3 of such voxels
-constexpr double least_chain = 100;        // mm of bone in a limb that ends in the scan
+constexpr double least_chain = 100;        // mm of bone in a limb that lies wholly in the scan
 constexpr double least_chain_of_cut = 40;  // mm in one that the scan cuts
 constexpr double voxel_volume = labelling_step * labelling_step * labelling_step;
 
 constexpr double least_extent = 30;  // mm: volume over the area of the border with the trunk
-constexpr double least_joined = 64;  // mm^2 of border, over which a piece without a side joins another
+constexpr double least_joined = 64;  // mm^2 of border across which a piece of unknown side joins another
 
 using RegionShares = std::array<float, 4>;
 
-// mean over a voxel's 27 neighbours in the body
+// mean over a voxel's 27 neighbours (itself included) in the body
 std::vector<RegionShares> region_means(const CoarseBody& b, const ClassProbabilities& probabilities) {
   const Grid& g = b.grid();
   std::vector<RegionShares> own(b.places.size()), out(b.places.size());
@@ -58,7 +58,7 @@ struct Candidate {
   Mask mask;
 };
 
-// connected regions of one mask that hold enough of what is sure
+// connected regions of a mask that contain enough sure voxels
 void add_candidates(const CoarseBody& b, const Mask& mask, const std::vector<float>& probability,
                     BodyRegion region, LimbSide side, std::vector<Candidate>& out) {
   const Regions regions = connected_regions(mask, 26, b.threads);
@@ -107,7 +107,7 @@ bool is_cut(const CoarseBody& b, const Mask& mask, bool bone_alone) {
   });
 }
 
-// calls visit(offset of a voxel of the body, offset of its neighbour) for each face within the body
+// calls visit(voxel offset, neighbour offset) once for each face within the body
 template <class Visit>
 void for_faces_within(const CoarseBody& b, const Visit& visit) {
   const std::array<std::int64_t, 3>& size = b.grid().size;
@@ -121,7 +121,8 @@ void for_faces_within(const CoarseBody& b, const Visit& visit) {
   }
 }
 
-// A limb is no slab on the trunk, and holds a chain of bone. One whose bone the scan cuts may be short.
+// A limb is no flat slab on the trunk and contains a chain of bone; the chain may be short if the scan cuts
+// the bone.
 bool is_limb_piece(const CoarseBody& b, const Candidate& candidate, const Mask& axial, double bone_chain) {
   const bool bone_cut = is_cut(b, candidate.mask, true);
   if (bone_chain < (bone_cut ? least_chain_of_cut : least_chain)) return false;
@@ -135,8 +136,8 @@ bool is_limb_piece(const CoarseBody& b, const Candidate& candidate, const Mask& 
   return faces == 0 || labelling_step * voxels / faces >= least_extent;
 }
 
-// A limb's piece without a side, which what was taken for another region parts from the rest of it, joins the
-// piece of its region that it borders on most.
+// Joins each limb piece of unknown side, separated from the rest by wrongly classified voxels, to the piece
+// of its region with the longest common border.
 void join_loose_pieces(const CoarseBody& b, std::vector<BodyPiece>& list, Volume<std::uint8_t>& owner) {
   std::vector<std::vector<double>> border(list.size(), std::vector<double>(list.size(), 0));
   for_faces_within(b, [&](std::size_t one, std::size_t other) {
@@ -158,7 +159,7 @@ void join_loose_pieces(const CoarseBody& b, std::vector<BodyPiece>& list, Volume
     whole.bone_chain += list[p].bone_chain;
     whole.cut |= list[p].cut;
   }
-  // numbers anew, without the pieces that joined others
+  // renumbers the pieces that are left
   std::vector<BodyPiece> kept;
   std::vector<std::uint8_t> number(list.size() + 1, 0);
   for (std::size_t p = 0; p < list.size(); ++p) {
@@ -170,7 +171,7 @@ void join_loose_pieces(const CoarseBody& b, std::vector<BodyPiece>& list, Volume
   list = std::move(kept);
 }
 
-// along each axis by itself: a hand that lies on the trunk moves it less than the mean
+// Median along each axis: a hand that lies on the trunk shifts it less than the mean.
 Eigen::Vector3d median_of(std::vector<Eigen::Vector3d> points) {
   Eigen::Vector3d out;
   for (int c = 0; c < 3; ++c) {
@@ -182,7 +183,7 @@ Eigen::Vector3d median_of(std::vector<Eigen::Vector3d> points) {
   return out;
 }
 
-// where a limb meets the trunk
+// the median of the faces between a limb and the trunk
 void measure_root(const CoarseBody& b, const BodyPieces& pieces, std::size_t number, BodyPiece& piece) {
   const Grid& g = b.grid();
   std::vector<std::int16_t> at(g.count(), -1);
@@ -237,7 +238,7 @@ BodyPieces body_pieces(const CoarseBody& b, const ClassProbabilities& probabilit
     for (std::size_t o = 0; o < seeds.voxels.size(); ++o)
       if (candidate.mask.voxels[o]) seeds.voxels[o] = static_cast<std::uint8_t>(out.list.size());
   }
-  // the rest goes to the nearest piece
+  // the remaining voxels go to the nearest piece
   Volume<std::uint8_t> owner = nearest_seeds(
       Places(b.grid(), b.threads, [&](std::size_t o) { return b.body.voxels[o] ? 1.0F : no_way; }), seeds);
   join_loose_pieces(b, out.list, owner);

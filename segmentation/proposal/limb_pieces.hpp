@@ -1,9 +1,9 @@
 // Head, trunk and limbs as connected pieces, from the probabilities of single voxels.
 //
-// A piece starts where its region's probability exceeds 0.8 and grows over what is most probably of that
-// region (hysteresis). A limb must hold a chain of bone, or it is none: what then is left goes to the pieces
-// around it. Left and right come from where a limb hangs on the trunk: ways along its bones, from the bones
-// next to the trunk, part limbs that touch each other.
+// A piece consists of voxels whose most probable region is the same, and must contain enough voxels above a
+// probability of 0.8 (hysteresis). A limb must contain a chain of bone; otherwise its voxels go to the
+// surrounding pieces. Left and right come from where a limb joins the trunk: paths along its bones, from the
+// bones next to the trunk, separate limbs that touch each other.
 #pragma once
 
 #include <Eigen/Core>
@@ -29,25 +29,25 @@ constexpr bool is_limb(BodyRegion region) { return region >= BodyRegion::arm; }
 
 struct BodyPiece {
   BodyRegion region = BodyRegion::trunk;
-  int side = -1;      ///< left_side or right_side; -1: of a limb that it could not be told; of head and trunk
-  double volume = 0;  ///< mm^3
-  double bone_chain = 0;  ///< length of the longest chain of bones in a limb, gaps up to 16 mm, mm
-  /// Median of its border with the trunk, patient frame, mm: of that in bone, where there is any.
+  int side = -1;          ///< left_side or right_side; -1: head, trunk, or a limb of unknown side
+  double volume = 0;      ///< mm^3
+  double bone_chain = 0;  ///< length of a limb's longest chain of bones across gaps up to 16 mm, mm
+  /// Median of its border with the trunk (only the border within bone, if there is any); LPS, mm.
   std::optional<Eigen::Vector3d> root;
   bool root_in_bone = false;
-  double root_area = 0;   ///< of that border, mm^2
-  bool cut = false;       ///< it reaches what the scan does not show
-  double confidence = 0;  ///< mean probability of its region: the share of its voxels that should be right
+  double root_area = 0;   ///< area of that border, mm^2
+  bool cut = false;       ///< borders on voxels that the scan does not show
+  double confidence = 0;  ///< mean probability of its region: the expected fraction of correct voxels
 };
 
 struct BodyPieces {
-  std::vector<std::int16_t> piece;  ///< #CoarseBody::places: index into `list`; -1: no piece is connected
+  std::vector<std::int16_t> piece;  ///< #CoarseBody::places: index into `list`; -1: connected to no piece
   std::vector<BodyPiece> list;
   std::vector<std::array<float, 4>> regions;  ///< #places: probability of each region, mean over neighbours
 };
 
-/// Of a pair of limbs without a trunk in view, left and right are told about the pair's own middle; of a
-/// single one they are not told.
+/// Without a trunk in view, a pair of limbs gets its sides from the pair's own middle; a single limb gets
+/// none.
 BodyPieces body_pieces(const CoarseBody& body, const ClassProbabilities& probabilities);
 
 }  // namespace borelli

@@ -8,11 +8,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-// from a limb's root in bone to the head's centre, of the left side, mm: medians over the roots that
-// root_deviation comes from
+// from a left limb's root in bone to the head's centre, mm: medians over the roots behind root_deviation
 const Vector3d to_humeral_head(21, -18, -9), to_femoral_head(3, -8, -10);
-// what lies nearer than this is as likely as any other place: by its edges a head is told from what else is
-// round there better than by a root, which may be 50 mm off
+// Places nearer than near_by are equally likely: a root may be 50 mm off, so edges distinguish a head from
+// other round bones better. mm
 constexpr double near_by = 60, width = 20, farthest = 120;
 
 double likelihood_of(const std::optional<Vector3d>& joint, const Vector3d& point) {
@@ -27,7 +26,7 @@ LimbRoots::LimbRoots(const Anatomy& a, BodyRegion limb) {
   if (!a.proposal) return;
   for (const int side : {left_side, right_side}) {
     const BodyPiece* piece = a.proposal->piece(limb, side);
-    // what the scan cuts soon beyond the joint has its border elsewhere
+    // the border of a limb that the scan cuts just beyond the joint is unreliable
     constexpr double least_chain = 200;  // mm: half a femur
     if (!piece || !piece->root || !piece->root_in_bone || piece->bone_chain < least_chain) continue;
     Vector3d offset = limb == BodyRegion::arm ? to_humeral_head : to_femoral_head;

@@ -8,8 +8,8 @@
 namespace borelli {
 namespace {
 
-constexpr double root_reach = 70;     // mm from the trunk: holds the humeral head and the femur's neck
-constexpr double slices_about = 80;   // mm up and down, over which the middle is taken
+constexpr double root_reach = 70;     // mm from the trunk: includes the humeral head and the femoral neck
+constexpr double slices_about = 80;   // mm up and down, over which the middle is averaged
 constexpr double beside_middle = 20;  // mm
 
 double x_of(const Grid& g, std::size_t o) {
@@ -19,7 +19,8 @@ std::size_t slice_of(const Grid& g, std::size_t o) {
   return o / static_cast<std::size_t>(g.size[0] * g.size[1]);
 }
 
-// mean x of a mask near each slice; where it has none near, of the nearest slices that have
+// mean x of a mask over the slices near each slice; if there is none near, over the nearest ones that contain
+// some
 std::vector<double> middle_by_slice(const Mask& mask) {
   const Grid& g = mask.grid;
   const auto n = static_cast<std::size_t>(g.size[2]);
@@ -46,7 +47,7 @@ LimbSide side_of(const Region& cluster, const Grid& g, const std::vector<double>
   return off > 0 ? LimbSide::left : LimbSide::right;
 }
 
-// seeds by side at the bones near `border`, which is told by its distances
+// marks seeds by side at the bones near a border, given the distances to it
 void add_seeds(const CoarseBody& b, const Mask& region, const Distances& to_border,
                const std::vector<double>* middle, Volume<std::uint8_t>& seeds) {
   const Mask bones = where(b.grid(), [&](std::size_t o) {
@@ -86,7 +87,7 @@ std::vector<LimbSide> part_sides(const CoarseBody& b, const Mask& limbs, const M
   const std::vector<double> middle = middle_by_slice(axial);
   add_seeds(b, of_kind(1), to_axial, &middle, seeds);
   add_seeds(b, of_kind(0), to_end, nullptr, seeds);
-  // along bone a step costs its length, off bone more, so that ways do not pass from limb to limb
+  // along bone a step costs its length, off bone more, so that paths do not pass from limb to limb
   const auto cost = [&](std::size_t o) {
     if (!limbs.voxels[o]) return no_way;
     const float off = static_cast<float>(b.off_bone[o]) / 10;

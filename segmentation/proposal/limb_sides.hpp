@@ -1,4 +1,4 @@
-// Which side each voxel of a region of limbs belongs to.
+// Left or right for each voxel of the limbs.
 #pragma once
 
 #include <cstdint>
@@ -8,13 +8,14 @@
 
 namespace borelli {
 
-/// Owners that part_sides gives.
+/// Result of part_sides, by voxel.
 enum class LimbSide : std::uint8_t { none, left, right, unknown };
 
-/// Parts the connected regions of `limbs` (all arms, or all legs) into left and right: by ways along bones
-/// from the bones next to `axial` (head and trunk), which are left or right of its middle there. Where a
-/// region does not touch it, from those next to what the scan does not show, about their own middle. Regions
-/// without bones there are of unknown side, and so are those within 20 mm of the middle.
+/// Divides the connected regions of `limbs` (all arms, or all legs) into left and right, by paths along
+/// bones. Paths start at the bones next to `axial` (head and trunk), which lie left or right of its middle
+/// there. In a region that does not touch `axial` they start at the bones next to the scan's end, left or
+/// right of their own middle. Start bones within 20 mm of the middle, and regions without start bones, have
+/// unknown side. Returns one entry per voxel of the body's grid.
 std::vector<LimbSide> part_sides(const CoarseBody& body, const Mask& limbs, const Mask& axial);
 
 }  // namespace borelli

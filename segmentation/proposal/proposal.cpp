@@ -9,7 +9,7 @@
 namespace borelli {
 namespace {
 
-// each place's limb where the region of its piece is sure
+// stores each voxel's limb if the region of its piece is sure
 void mark_sure_places(const CoarseBody& body, const BodyPieces& pieces, Proposal& out) {
   out.limb.assign(body.grid().count(), 0);
   for (std::size_t n = 0; n < body.places.size(); ++n) {

@@ -1,4 +1,4 @@
-// What the forest says of a body: which limb each place is surely of, and where limbs begin and bend.
+// The forest's view of a body: the limb of each voxel where it is sure, the limbs' roots and their joints.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,16 +17,16 @@
 
 namespace borelli {
 
-/// Regions of a body with their sides; index 0 stands for no region that is sure.
+/// Regions of a body with their sides; index 0: no sure region.
 inline constexpr std::array<std::string_view, 7> body_limbs{"none",      "head",     "trunk",    "arm_left",
                                                             "arm_right", "leg_left", "leg_right"};
-/// Index into body_limbs of a region; 0 of a limb of unknown side (-1).
+/// Index into body_limbs of a region; 0 for a limb of unknown side (-1).
 constexpr std::size_t limb_of(BodyRegion region, int side) {
   if (!is_limb(region)) return region == BodyRegion::head ? 1 : 2;
   if (side < 0) return 0;
   return (region == BodyRegion::arm ? 3U : 5U) + (side == right_side ? 1U : 0U);
 }
-/// The same of a part of parts.hpp; 0 of label 0.
+/// The same for a part of parts.hpp; 0 for label 0.
 constexpr std::size_t limb_of_part(int label) {
   if (label <= 0) return 0;
   if (is_axial(label)) return limb_of(label == part_label("head") ? BodyRegion::head : BodyRegion::trunk, -1);
@@ -36,25 +36,24 @@ constexpr std::size_t limb_of_part(int label) {
 }
 
 struct Proposal {
-  Grid grid;                       ///< of labelling_step
-  std::vector<std::uint8_t> limb;  ///< by offset: index into body_limbs where that is sure; else 0
+  Grid grid;                       ///< step: labelling_step
+  std::vector<std::uint8_t> limb;  ///< by offset: index into body_limbs where the region is sure; else 0
   std::vector<BodyPiece> pieces;
   std::vector<ProposedJoint> joints;
 
-  /// The piece of an arm or leg of one side; null where none is in view or its side is not known. Of several
-  /// the largest.
+  /// The largest piece of an arm or leg of one side; null if none is in view or its side is unknown.
   const BodyPiece* piece(BodyRegion region, int side) const;
 };
 
-/// Sure is a place whose region is most probable by at least this. Of bodies that forests trained alike had
-/// not seen, 99.7 % of such places were of that region.
+/// Least probability of a sure region. In bodies that the forests had not seen in training, 99.7 % of such
+/// voxels were right.
 inline constexpr float sure_region = 0.9F;
 
-/// From each place's probabilities; `forest` states the joints' deviations.
+/// Builds the proposal from class probabilities; `forest` states the joints' deviations.
 Proposal proposal_of(const CoarseBody& body, const ClassProbabilities& probabilities, const Forest& forest);
 
-/// Asks a forest (null: the one that the program holds). Errors: a forest with other features or classes;
-/// those of ready_forest.
+/// Evaluates a forest (null: the built-in one). Errors: a forest with other features or classes; those of
+/// ready_forest.
 Result<Proposal> propose(const Anatomy& anatomy, const Forest* forest = nullptr);
 
 /// Index into body_limbs of each voxel of a grid, as Proposal::limb. `grid` is parallel to the proposal's and

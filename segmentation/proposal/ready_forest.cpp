@@ -1,4 +1,4 @@
-// The forest that the program holds, from segmentation/data/voxel_forest.bin as it was when it was built.
+// The built-in forest: segmentation/data/voxel_forest.bin as of the program's build.
 #include "segmentation/proposal/class_probabilities.hpp"
 
 extern "C" {

@@ -10,7 +10,8 @@ namespace {
 
 constexpr std::int32_t piece_from = 12;  // voxels: 2 cm^2
 
-// numbers the pieces of one slice of a mask, connected by edges (or corners too); returns their sizes
+// Numbers the pieces of one slice of a mask, connected by edges (`corners`: also by corners); returns their
+// sizes in voxels.
 std::vector<std::int32_t> pieces_of(const Mask& mask, std::int64_t k, bool corners, std::int32_t first,
                                     std::vector<std::int32_t>& number) {
   const Grid& g = mask.grid;

@@ -1,4 +1,4 @@
-// The pieces that the body falls into in each axial slice: trunk and arms, two legs, a head.
+// Connected pieces of the body in each axial slice, for example trunk and arms, two legs, or a head.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@ namespace borelli {
 struct SlicePiece {
   std::int32_t slice = 0;
   std::int32_t voxels = 0, bone = 0, lung = 0;
-  std::int32_t bones = 0;  ///< pieces that its bone falls into, of 2 voxels and more
+  std::int32_t bones = 0;  ///< connected pieces of its bone, of 2 voxels and more
   double centre_x = 0, centre_y = 0;
   std::int32_t width = 0, depth = 0;  ///< of its bounding box, mm
 };

@@ -67,7 +67,7 @@ std::vector<std::string> make_names() {
   return names;
 }
 
-// thousandths; -1 of nothing
+// part / of in thousandths; -1 if `of` is 0
 std::int16_t share(std::int32_t part, std::int32_t of) {
   return of > 0 ? static_cast<std::int16_t>((1000 * static_cast<std::int64_t>(part) + of / 2) / of) : -1;
 }
@@ -120,7 +120,7 @@ void VoxelFeatures::measure_runs() {
   runs_.resize(body_.places.size());
   const Grid& g = body_.grid();
   const auto step = static_cast<int>(labelling_step);
-  // lengths so far towards one side of an axis, by going along it
+  // run length from each voxel towards one end of an axis, by a sweep along it
   const auto sweep = [&](std::int64_t stride, bool ascending, const auto& put) {
     std::vector<std::uint16_t> length(g.count(), 0);
     const auto count = static_cast<std::int64_t>(body_.places.size());
@@ -128,7 +128,7 @@ void VoxelFeatures::measure_runs() {
       const auto place = static_cast<std::size_t>(ascending ? n : count - 1 - n);
       const auto o = static_cast<std::int64_t>(body_.places[place]);
       const std::int64_t before = ascending ? o - stride : o + stride;
-      // a row's end borders on the next row's start: both are air but where the scan cuts the body
+      // a row's end borders on the next row's start: both are air, unless the scan cuts the body there
       const bool inside = before >= 0 && before < static_cast<std::int64_t>(g.count());
       const int so_far = inside ? length[static_cast<std::size_t>(before)] : 0;
       const auto here = static_cast<std::uint16_t>(std::min(longest_run, so_far + step));
@@ -208,7 +208,7 @@ void VoxelFeatures::fill(std::size_t o, std::span<std::int16_t> values) const {
     return branches_.sections[static_cast<std::size_t>(s)];
   };
   const BodySection& section = at(branches_.section[o]);
-  // sections some 60 mm nearer to the middle and farther from it
+  // sections some 60 mm nearer to the body's centre, and farther from it
   const BodySection *before = &section, *after = &section;
   for (int s = 0; s < 5 && before->parent >= 0; ++s) before = &at(before->parent);
   for (int s = 0; s < 5 && after->main_child >= 0; ++s) after = &at(after->main_child);
@@ -217,7 +217,7 @@ void VoxelFeatures::fill(std::size_t o, std::span<std::int16_t> values) const {
   row.put_whole(after->voxels);
   row.put(share(section.bone, section.voxels));
   row.put_whole(band_width * (section.last_band + 1 - section.band));
-  row.put_whole(section.voxels_beyond / 16.0);  // cm^3, nearly
+  row.put_whole(section.voxels_beyond / 16.0);  // approximately cm^3
   row.put(share(section.bone_beyond, section.voxels_beyond));
   row.put(share(section.last_band + 1 - section.band, section.last_band + 1));
   row.put(section.cut ? 1 : 0);

@@ -1,17 +1,16 @@
-// What a forest is told of each voxel of the body, as whole numbers.
+// Features of each voxel of the body, as integers: the forest's input.
 //
-// Nothing depends on where the body lies in the scan, and left and right are alike: a mirrored body has the
-// same features. Boxes count only what the scan shows, so that a scan may end anywhere. Features:
-//   hu                             of the voxel
-//   <tissue>_<size>                share of a cube of `size` mm, in thousandths: body (of what is seen),
-//   bone, fat, lung
-//                                  (of the body); hu_<size>: its mean CT number
-//   <tissue>_<direction>_<reach>   the same of a cube of 44 mm whose middle lies `reach` mm up, down, front
-//   or
-//                                  back; the lesser and the greater of left and right. -1: nothing is seen
-//                                  there
-//   run_*                          length of the body along a line through the voxel, mm, up to 400
-//   piece_*, slice_*               of the voxel's piece of its axial slice (slice_pieces.hpp)
+// They do not depend on the body's place in the scan, and a mirrored body has the same features. Boxes count
+// only what the scan shows, so that a scan may end anywhere. Features:
+//   hu                             CT number of the voxel
+//   depth, off_bone                see CoarseBody
+//   <tissue>_<size>                share in a cube of `size` mm, in thousandths: body (of what is seen),
+//                                  bone, fat, lung (of the body); hu_<size>: its mean CT number
+//   <tissue>_<direction>_<reach>   body, bone, lung in a cube of 44 mm whose centre lies `reach` mm up, down,
+//                                  front or back; the lesser and the greater of left and right.
+//                                  -1: nothing is seen there (body), or no body is there (bone, lung)
+//   run_*                          length of the body along a line from the voxel, mm, up to 400
+//   piece_*, slice_*, off_piece_*  of the voxel's piece of its axial slice (slice_pieces.hpp)
 //   way_*, section_*, beyond_*     of the body's branches (body_branches.hpp)
 #pragma once
 
@@ -28,12 +27,12 @@
 
 namespace borelli {
 
-/// Names of the features, in their order. A forest names those that it was trained with.
+/// Names of the features, in the order of a row. A forest lists those that it was trained with.
 const std::vector<std::string>& voxel_feature_names();
 
 class VoxelFeatures {
  public:
-  /// `body` outlives this.
+  /// `body` must outlive this object.
   explicit VoxelFeatures(const CoarseBody& body);
 
   const CoarseBody& body() const { return body_; }

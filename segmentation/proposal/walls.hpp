@@ -1,4 +1,4 @@
-// Keeps ways from seeds of one limb out of what is surely of another.
+// Walls that keep paths from one limb's seeds out of voxels that surely belong to another limb.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@ namespace borelli {
 /// By label of the seeds: their kind, one bit of five.
 using SeedKinds = std::array<std::uint8_t, 32>;
 
-/// Of an index into body_limbs; head and trunk are of one kind, since the neck's cut is a plane.
+/// Kind of an index into body_limbs. Head and trunk share a kind, since a plane cuts the neck.
 constexpr std::uint8_t wall_kind(std::size_t limb) {
   return limb == 0 ? std::uint8_t{0} : static_cast<std::uint8_t>(1U << (limb == 1 ? 2U : limb));
 }
@@ -25,9 +25,9 @@ inline constexpr SeedKinds kind_of_part = [] {
   return kinds;
 }();
 
-/// By index into body_limbs, the kinds of seeds that may reach a place which is surely of that limb: its own;
-/// where a limb touches the same one of the other side, both. There the sides come from ways along bones, as
-/// the rules' own do, and not from the forest.
+/// By index into body_limbs: bit set of the seed kinds that may enter a voxel that is surely of that limb.
+/// Usually only its own kind; both sides' kinds if the two arms or the two legs touch. Paths along bones then
+/// decide the side, and not the forest.
 std::array<std::uint8_t, body_limbs.size()> kinds_let_in(const Proposal& proposal);
 
 /// Sets the anatomy's walls from its proposal.

@@ -32,7 +32,7 @@ Result<AbsentParts> parse_absent(std::string_view text) {
     }
     absent[static_cast<std::size_t>(label)] = true;
   }
-  // a part's parent stands before it in the list, but for the trunk's
+  // a limb part's parent precedes it in the list
   for (std::size_t n = 1; n < parts.size(); ++n)
     absent[n] = absent[n] || absent[static_cast<std::size_t>(part_label(parts[n].parent))];
   return absent;

@@ -16,7 +16,7 @@ namespace borelli {
 /// By label: whether the user names the part as missing. The parts that hang on it are missing too.
 using AbsentParts = std::array<bool, parts.size()>;
 
-/// What notes say of such a part.
+/// The note of such a part.
 inline constexpr std::string_view absent_as_told = "absent as told";
 
 /// Parses "thigh_left,hand_right"; "" names none. Parts that hang on a named one are included. Errors: a name
@@ -28,10 +28,10 @@ std::string in_text(const AbsentParts& absent);
 
 bool any_absent(const AbsentParts& absent);
 
-/// The part by name, e.g. "thigh" and "_left".
+/// Whether the part `stem` + `side` is absent, e.g. "thigh" and "_left".
 bool is_absent(const AbsentParts& absent, std::string_view stem, std::string_view side);
 
-/// Relabels missing parts as the nearest part that they hang on and that is there.
+/// Relabels missing parts as their nearest ancestor in the body's tree that is not missing.
 void leave_out(const AbsentParts& absent, std::vector<std::uint8_t>& labels);
 
 /// Errors: `given` holds the joint of a missing part.

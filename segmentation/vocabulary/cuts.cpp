@@ -38,7 +38,7 @@ Eigen::Matrix3d trunk_axes(const Landmarks& landmarks) {
   if (bottom && top) up = (*top - *bottom).normalized();
   if (left_hip && right_hip)
     left = *left_hip - *right_hip;
-  else if (bottom && (left_hip || right_hip))  // of a body with one leg
+  else if (bottom && (left_hip || right_hip))  // one leg only
     left = left_hip ? Vector3d(*left_hip - *bottom) : Vector3d(*bottom - *right_hip);
   left = (left - left.dot(up) * up).normalized();
   Eigen::Matrix3d axes;
@@ -73,12 +73,12 @@ std::vector<Cut> cut_planes(const Landmarks& landmarks, Convention convention) {
       normal = centre && knee ? bisector(*centre + up, *centre, *knee) : Vector3d(-up);
     } else if (joint.starts_with("hip")) {
       constexpr double tilt = 37 * std::numbers::pi / 180;
-      if (centre) point = find(landmarks, bound_of(joint, convention));  // else there is no leg
+      if (centre) point = find(landmarks, bound_of(joint, convention));  // no joint centre: no leg
       normal = Vector3d(std::cos(tilt) * lateral - std::sin(tilt) * up);
     } else if (joint.starts_with("shoulder")) {
       if (centre) point = Vector3d(*centre - landmarks.find(joint)->second.radius * lateral);
       normal = lateral;
-      // the armpit's floor lies some two and a half radii of the head below it
+      // the armpit's floor lies about 2.5 radii of the humeral head below it
       if (centre) reach = 3 * landmarks.find(joint)->second.radius;
     } else {
       const bool arm = joint.starts_with("elbow") || joint.starts_with("wrist");
@@ -101,7 +101,7 @@ std::vector<Cut> cut_planes(const Landmarks& landmarks, Convention convention) {
       else if (centre && c)
         normal = Vector3d((*c - *centre).normalized());
     }
-    // the trunk's tree runs upwards from the lower trunk, so "distal" of the trunk's own cuts lies above
+    // the trunk's tree grows upwards from the lower trunk, so the "distal" part of a trunk cut is above it
     if (point && normal)
       cuts.push_back({joint, part_label(part.parent), static_cast<int>(label), *point, *normal, reach});
   }

@@ -1,15 +1,16 @@
-// Named points of a body in the patient frame: joint centres, and the bony points that frames and cuts hang
-// on.
+// Named points of a body in the patient frame: joint centres, and the bony points that define frames and
+// cuts.
 //
 // Joint centres carry the joint's name (see parts.hpp): neck (C7/T1 disc), spine_upper (disc at the xiphion's
 // level), spine_lower (disc at the omphalion's level), shoulder_*, elbow_*, wrist_*, hip_*, knee_*, ankle_*.
 // Other points: vertex, cervicale (tip of C7), suprasternale, xiphion, omphalion, mid_hip, asis_*,
 // elbow_medial_*, elbow_lateral_* and knee_medial_*, knee_lateral_* (epicondyles: the hinge axes),
 // lateral_malleolus_*, medial_malleolus_*, heel_*, toe_tip_*, metacarpale_3_*, dactylion_3_*;
-// each * is left or right. Of the conventions dempster and bone t12_l1, l4_l5 and l5_s1 (discs). For frames
-// after the ISB: t8 (its spinous process), psis_*, ulnar_styloid_*, radial_styloid_*, metatarsal_1_*, _2_*
-// and _5_* (heads). Where wrist or ankle is not in view: forearm_end_*, shank_end_* (where the scan cuts
-// them).
+// each * is left or right.
+// Discs, for the conventions dempster and bone: t12_l1, l4_l5, l5_s1.
+// For ISB frames: t8 (its spinous process), psis_*, ulnar_styloid_*, radial_styloid_*, and the heads
+// metatarsal_1_*, metatarsal_2_*, metatarsal_5_*.
+// Where the scan does not show wrist or ankle: forearm_end_*, shank_end_* (where the scan cuts them).
 #pragma once
 
 #include <Eigen/Core>
@@ -27,12 +28,12 @@ struct Landmark {
   std::string source;  ///< how it was found: "exact", "bone: sphere on the femoral head", "proportion" ...
 };
 
-/// End the source of a point that is less sure than how it was found says, since left and right, or a limb's
-/// length and the body's size, differ by more than those of bodies do.
+/// Suffixes of a landmark's source. They mark a landmark whose deviation was raised, because left and right,
+/// or a limb's length and the body's size, differ more than in real bodies.
 inline constexpr std::string_view unlike_other_side = ", unlike the other side's",
                                   unlike_body = ", unlike the body's size";
 
-/// The names above, and the stems of those that end in _left or _right.
+/// The names above; of sided names the stem, without _left or _right.
 inline constexpr std::array<std::string_view, 13> landmark_names{
     "neck",    "spine_upper", "spine_lower", "vertex", "cervicale", "suprasternale", "xiphion", "omphalion",
     "mid_hip", "t12_l1",      "l4_l5",       "l5_s1",  "t8"};

@@ -53,8 +53,8 @@ double PartPlanes::distance(int label, const Eigen::Vector3d& point) const {
 }
 
 int PartPlanes::axial_part(const Eigen::Vector3d& point) const {
-  // parts upwards; the plane below part n is the one to its distal part in the tree that grows up from the
-  // lower trunk
+  // parts from bottom to top; distal[n] names the plane between upwards[n] and upwards[n + 1], since the tree
+  // grows up from the lower trunk
   const std::array<int, 4> upwards{lower_trunk, middle_trunk, upper_trunk, head};
   const std::array<int, 3> distal{middle_trunk, upper_trunk, head};
   int part = 0;
@@ -68,7 +68,7 @@ int PartPlanes::axial_part(const Eigen::Vector3d& point) const {
   return known ? part : root_;
 }
 
-// whether a plane lies between two of head and trunk's three parts
+// whether a plane lies between two parts among head and the three trunk parts
 bool PartPlanes::told_apart(int a, int b) const {
   const auto height = [](int label) {
     return label == head ? 3 : label == upper_trunk ? 2 : label == middle_trunk ? 1 : 0;
@@ -84,7 +84,7 @@ int PartPlanes::part(int owner, const Eigen::Vector3d& point) const {
   if (is_axial(owner)) {
     for (const auto& [cut, at_hip, left] : limbs_) {
       if (!beyond(*cut, point) || (point - cut->point).norm() > cut->reach) continue;
-      // below the crotch both hips' planes have the place beyond them: the midsagittal plane decides
+      // below the crotch a point lies beyond both hips' planes: the midsagittal plane decides
       if (hips_ && at_hip && ((point - middle_).dot(left_) > 0) != left) continue;
       if (at_hip && axial_part(point) != lower_trunk) continue;
       return cut->distal;

@@ -1,4 +1,4 @@
-// The convention's planes at work: which part a place belongs to, given the part that owns its flesh.
+// Applies the convention's planes: which part a point belongs to, given the part whose flesh it is.
 #pragma once
 
 #include <array>
@@ -12,29 +12,28 @@ namespace borelli {
 
 class PartPlanes {
  public:
-  /// Planes of cuts.hpp for the landmarks at hand. Head and trunk parts that no plane parts belong together:
-  /// to the lowest part in view above a missing plane, see axial_part.
-  /// `change` may shift each plane a little, e.g. to see what that does.
+  /// Makes the planes of cuts.hpp for these landmarks. Parts of head and trunk without a plane between them
+  /// get one label, see axial_part. `change` may shift each plane, e.g. to measure sensitivity.
   explicit PartPlanes(const Landmarks& landmarks, Convention convention = Convention::deleva1996,
                       const std::function<void(Cut&)>& change = {});
 
-  /// The part of a place (patient mm) whose flesh belongs to `owner`: a plane moves it across its joint only,
-  /// and only within the plane's reach. Without planes (`bone`) it is the owner's.
+  /// The part of a point (patient frame, mm) whose flesh belongs to `owner`. A plane moves the point only
+  /// across its own joint and within its reach. Without planes (`bone`) the answer is `owner`.
   int part(int owner, const Eigen::Vector3d& point) const;
 
-  /// Which of head and trunk's three parts holds a level. Where a plane between two of them is missing, the
-  /// part nearer the known planes has both.
+  /// The part among head and the three trunk parts at the level of a point (patient frame, mm). If a plane
+  /// between two of them is missing, the part nearer the known planes gets both.
   int axial_part(const Eigen::Vector3d& point) const;
 
-  /// How far left of the hips' middle a place is, mm (right: negative); without hips, of the scan's origin.
+  /// Signed distance of a point to the left of mid_hip, mm (right: negative). Without hips: of the scan's
+  /// origin.
   double side(const Eigen::Vector3d& point) const { return (point - middle_).dot(left_); }
 
-  /// Whether the part is told from the one that it hangs on: by a plane, with `bone` by the joint between
-  /// them.
+  /// Whether something separates the part from its parent: a plane, or with `bone` the joint's landmark.
   bool parts_off(int distal) const;
 
-  /// How far the nearest plane is that bounds the part (of head and trunk: any that bounds one of them), mm;
-  /// infinite where there is none.
+  /// Distance from a point to the nearest plane that bounds the part, mm; infinite if there is none. For head
+  /// and trunk parts, any plane that bounds one of them counts.
   double distance(int label, const Eigen::Vector3d& point) const;
 
   Convention convention() const { return convention_; }
@@ -55,7 +54,7 @@ class PartPlanes {
   std::vector<Limb> limbs_;
   Eigen::Vector3d middle_, left_;
   bool hips_ = false;
-  int root_ = 0;  // where no plane parts the trunk: its part by the joints in view
+  int root_ = 0;  // the trunk's part if no plane cuts the trunk
 };
 
 }  // namespace borelli

@@ -1,4 +1,4 @@
-// Names of parts and joints as words of a sentence.
+// Part and joint names in plain words.
 #pragma once
 
 #include <algorithm>

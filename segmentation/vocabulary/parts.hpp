@@ -1,7 +1,7 @@
 // The sixteen body parts, their labels, and the joints between them.
 //
-// Segments after de Leva (1996) J Biomech 29:1223: head with neck, three trunk parts, and four of each limb's
-// pair.
+// Segments after de Leva (1996) J Biomech 29:1223: head with neck, three trunk parts, and three for each arm
+// and leg.
 #pragma once
 
 #include <array>
@@ -11,12 +11,12 @@ namespace borelli {
 
 struct Part {
   std::string_view name;    ///< e.g. "thigh_left"; its label in a label map is its index in `parts`
-  std::string_view parent;  ///< the part it hangs on in the body's tree; empty for the root (lower trunk)
+  std::string_view parent;  ///< its parent in the body's tree; empty for the root (lower trunk)
   std::string_view
       joint;  ///< the joint to its parent, e.g. "hip_left"; also that joint centre's landmark name
 };
 
-/// parts[label]; parts[0] stands for what is not body.
+/// parts[label]; parts[0] is everything outside the body.
 inline constexpr std::array<Part, 17> parts{{
     {"outside", "", ""},
     {"head", "upper_trunk", "neck"},
@@ -37,14 +37,14 @@ inline constexpr std::array<Part, 17> parts{{
     {"foot_right", "shank_right", "ankle_right"},
 }};
 
-/// Label of a part by its name; 0 when there is no such part.
+/// Label of a part by its name; 0 if there is no such part.
 constexpr int part_label(std::string_view name) {
   for (std::size_t label = 1; label < parts.size(); ++label)
     if (parts[label].name == name) return static_cast<int>(label);
   return 0;
 }
 
-/// Whether a part is the head or of the trunk.
+/// Whether a part is the head or a trunk part.
 constexpr bool is_axial(int label) {
   return label >= part_label("head") && label <= part_label("lower_trunk");
 }

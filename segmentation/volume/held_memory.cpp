@@ -19,7 +19,7 @@ namespace borelli {
 namespace {
 
 constexpr std::size_t huge_page = 2 << 20, huge = 1 << 30;
-unsigned char* held = nullptr;  // `huge` less a page, of whole pages
+unsigned char* held = nullptr;  // whole huge pages: `huge` bytes less one page
 
 }  // namespace
 #endif
@@ -29,7 +29,7 @@ void hold_freed_memory() {
   mallopt(M_MMAP_MAX, 0);
   mallopt(M_ARENA_MAX, 1);
   mallopt(M_TRIM_THRESHOLD, static_cast<int>(huge) + (512 << 20));
-  // held, though nothing is in it yet, and so what is asked for next lies in it
+  // allocated and freed once, so that later allocations come from this block
   void* const first = std::malloc(huge);
   if (!first) return;
   const auto begin = (reinterpret_cast<std::uintptr_t>(first) + huge_page - 1) / huge_page * huge_page;
@@ -43,14 +43,14 @@ void map_ahead([[maybe_unused]] std::size_t bytes) {
 #if defined(__GLIBC__) && defined(MADV_POPULATE_WRITE)
   if (!held) return;
   const std::size_t end = std::min(mallinfo2().uordblks + bytes, huge - huge_page);
-  // page after page, so that nobody waits long for the process' map; what is mapped already takes no time
+  // page by page, so that no thread waits long for the kernel's memory map lock; mapped pages cost nothing
   try {
     std::thread([end] {
       setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), 19);
       for (std::size_t o = 0; o + huge_page <= end; o += huge_page)
         if (madvise(held + o, huge_page, MADV_POPULATE_WRITE) != 0) return;
     }).detach();
-  } catch (const std::system_error&) {  // then whoever touches a page first waits for it
+  } catch (const std::system_error&) {  // pages are then mapped at first touch
   }
 #endif
 }

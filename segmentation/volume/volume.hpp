@@ -1,6 +1,4 @@
-// A scan and its labels as plain data: the one thing that segmentation hands on to the stages after it.
-//
-// The patient frame is DICOM's: x to the patient's Left, y to Posterior, z to Superior (LPS), in millimetres.
+// A scan and its labels as plain data: the only type that segmentation hands to later stages.
 #pragma once
 
 #include <Eigen/Core>
@@ -35,7 +33,7 @@ struct Grid {
   }
   /// Patient point (mm) of a (fractional) index.
   Eigen::Vector3d point(const Eigen::Vector3d& index) const { return origin + axes * index; }
-  /// Where the centre of voxel (i, j, k) lies (mm).
+  /// Centre of voxel (i, j, k), mm.
   Eigen::Vector3d point(std::int64_t i, std::int64_t j, std::int64_t k) const {
     return point({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)});
   }
@@ -67,10 +65,10 @@ enum class Quantity {
   mr             ///< magnetic resonance signal, arbitrary units
 };
 
-/// The CT number of voxels that the scanner did not measure (outside its round field of view, as its header
-/// says, or where a file holds no number). All others are -1024 or more.
+/// The CT number of voxels that were not measured: outside the scanner's round field of view according to the
+/// header, or not a number in the file. All measured voxels are -1024 or more.
 inline constexpr std::int16_t padding_hu = -2048;
-/// The same of densities, of which all others are 0 or more.
+/// The same for densities; measured voxels are 0 or more.
 inline constexpr std::int16_t padding_density = -1;
 
 struct GreyVolume : Volume<std::int16_t> {

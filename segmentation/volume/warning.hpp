@@ -1,4 +1,4 @@
-// What is worth knowing of a result, or makes it doubtful: sentences, each with its kind and how grave it is.
+// Warnings about a result: sentences, each with a kind and a severity.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace borelli {
 
-/// What a warning is about; of two that are equally grave the earlier kind comes first.
+/// What a warning is about. Among warnings of equal severity, the earlier kind comes first.
 enum class WarningKind {
   scan,      ///< how the file was read, and how the body lies in it
   body,      ///< the body as a whole
@@ -17,7 +17,7 @@ enum class WarningKind {
   landmark,  ///< landmarks that were given
   labels,    ///< labels that were given
   range,     ///< a joint angle outside its usual range
-  table      ///< how sure the inertia table is
+  table      ///< uncertainty of the inertia table
 };
 std::string_view name_of(WarningKind kind);
 
@@ -31,9 +31,9 @@ std::string_view name_of(Severity severity);
 struct Warning {
   WarningKind kind = WarningKind::scan;
   Severity severity = Severity::note;
-  std::string text;  ///< a whole sentence, which stands alone
-  /// Several with one head are said in one sentence: "head: item (reason), item, item (reason)". Where it is
-  /// empty the text is never joined with others.
+  std::string text;  ///< a complete sentence
+  /// Warnings with the same head are joined into one sentence: "head: item (reason), item, item (reason)". If
+  /// `head` is empty, the text is never joined with others.
   std::string head = {}, item = {}, reason = {};
 };
 
@@ -41,11 +41,11 @@ struct Warning {
 Warning joined_warning(WarningKind kind, Severity severity, std::string head, std::string item,
                        std::string reason = "");
 
-/// The warnings in sentences, the gravest first; those of one head are joined, and items of one reason stand
-/// together. Repeated sentences are left out.
+/// The warnings as sentences, the most severe first. Warnings with the same head are joined, with items of
+/// the same reason side by side. Repeated sentences are left out.
 std::vector<std::string> in_sentences(const std::vector<Warning>& warnings);
 
-/// Adds sentences that somebody else wrote, each as a warning of its own.
+/// Adds sentences, e.g. from a reader, each as a warning of its own.
 void add_warnings(std::vector<Warning>& warnings, WarningKind kind, Severity severity,
                   const std::vector<std::string>& sentences);
 

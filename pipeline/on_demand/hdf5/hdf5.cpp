@@ -1,4 +1,4 @@
-// Thin ownership around HDF5's C interface.
+// A thin wrapper that owns HDF5's handles.
 #include "pipeline/on_demand/hdf5.hpp"
 
 #include <hdf5.h>
@@ -8,7 +8,7 @@
 namespace borelli {
 namespace {
 
-// An identifier of HDF5's, closed by its own kind's function.
+// An HDF5 identifier, closed by the function of its kind.
 class Handle {
  public:
   Handle(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
@@ -25,7 +25,7 @@ class Handle {
   herr_t (*close_)(hid_t);
 };
 
-// HDF5 prints its error stack unless told not to; a library of ours never prints.
+// Silences HDF5's error stack: our libraries never print.
 class Quiet {
  public:
   Quiet() {
@@ -52,7 +52,7 @@ Handle with_groups() {
   return {list, H5Pclose};
 }
 
-/// Without the time at which it is made, so that a file's bytes are those of its content.
+/// Dataset properties without the creation time, so that equal contents give equal bytes.
 Handle without_times() {
   const hid_t list = H5Pcreate(H5P_DATASET_CREATE);
   H5Pset_obj_track_times(list, false);
@@ -63,8 +63,8 @@ std::string without_nul(const std::string& text) { return text.substr(0, text.fi
 
 std::int64_t create(const std::string& path) {
   const Quiet quiet;
-  // The file grows in memory and goes to the disk at once at the end: an HDF5 file whose disk is full can
-  // neither be closed nor given up, and HDF5 1.10 crashes over it when the program ends.
+  // The file grows in memory and is written to disk at the end. With a full disk an HDF5 file can neither be
+  // closed nor abandoned, and HDF5 1.10 crashes when the program ends.
   constexpr std::size_t growth = 16 << 20;
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   H5Pset_fapl_core(access, growth, false);
@@ -151,8 +151,7 @@ std::int64_t open(const std::string& path) {
 bool holds(std::int64_t file, const std::string& name) {
   const Quiet quiet;
   if (name == "/") return true;
-  for (std::size_t end = name.find('/', 1);;
-       end = name.find('/', end + 1)) {  // each group on the way must be there
+  for (std::size_t end = name.find('/', 1);; end = name.find('/', end + 1)) {  // each parent group must exist
     if (H5Lexists(file, name.substr(0, end).c_str(), H5P_DEFAULT) <= 0) return false;
     if (end == std::string::npos) return true;
   }
@@ -171,7 +170,7 @@ std::string numbers(std::int64_t file, const std::string& name, double size,
   if (rank < 0) return "is damaged: it has no shape";
   std::vector<hsize_t> sizes(static_cast<std::size_t>(rank));
   H5Sget_simple_extent_dims(space, sizes.data(), nullptr);
-  // a damaged header can claim any size; a file's numbers fill at least a thousandth of what they unpack to
+  // a damaged header can claim any size; compressed numbers need at least a thousandth of their unpacked size
   double claimed = 8;
   for (const hsize_t s : sizes) claimed *= static_cast<double>(s);
   if (claimed > 1000 * size) return "claims more numbers than the file can hold";

@@ -1,4 +1,4 @@
-// A body from the front and from the left, drawn off screen.
+// Draws a body from the front and from the left, off screen.
 #include <vtkActor.h>
 #include <vtkCamera.h>
 #include <vtkCellArray.h>
@@ -69,7 +69,7 @@ vtkSmartPointer<vtkActor> part_actor(const Mesh& mesh, const Colour& colour) {
   vtkNew<vtkPolyData> surface;
   surface->SetPoints(points);
   surface->SetPolys(triangles);
-  vtkNew<vtkPolyDataNormals> normals;  // smooth shading over the triangles, edges of cut faces kept
+  vtkNew<vtkPolyDataNormals> normals;  // smooth shading over the triangles; edges of cut faces stay sharp
   normals->SetInputData(surface);
   normals->ConsistencyOff();
   normals->SetFeatureAngle(50);
@@ -90,7 +90,7 @@ vtkSmartPointer<vtkActor> joint_actor(const Vector3d& centre, double radius) {
   return coloured(ball->GetOutputPort(), {0x20, 0x20, 0x20});
 }
 
-// One view: a strip of the window, the body from one side, in parallel projection
+// One view: the body from one side in parallel projection, in a strip of the window
 struct View {
   const char* title;
   Vector3d from;       // direction from the body to the camera
@@ -104,11 +104,12 @@ void aim(vtkRenderer& renderer, const View& view, const Bounds& bounds) {
   camera->SetFocalPoint(middle[0], middle[1], middle[2]);
   camera->SetPosition(eye[0], eye[1], eye[2]);
   camera->SetViewUp(0, 0, 1);
-  camera->SetParallelScale(0.54 * bounds.size().z());  // half the height, and a margin
+  camera->SetParallelScale(0.54 * bounds.size().z());  // half the height, plus a margin
   renderer.ResetCameraClippingRange();
 }
 
-// a key light from above the camera's left shoulder, a fill from the right, both moving with the camera
+// a key light from above the camera's left shoulder and a fill light from the right, both moving with the
+// camera
 void light(vtkRenderer& renderer) {
   renderer.AutomaticLightCreationOff();
   const auto add = [&](double x, double y, double z, double intensity) {
@@ -145,7 +146,7 @@ void add_view(vtkRenderWindow& window, const View& view, const std::vector<vtkSm
   window.AddRenderer(body);
   aim(*body, view, bounds);
 
-  vtkNew<vtkRenderer> above;  // a layer of its own, so that joints inside the body are seen
+  vtkNew<vtkRenderer> above;  // a separate layer, so that joints inside the body are visible
   above->SetViewport(view.left, 0, view.right, 1);
   above->SetLayer(1);
   light(*above);
@@ -166,7 +167,7 @@ Result<void> write_png(const std::string& path, vtkRenderWindow& window) {
   writer->SetFileName(path.c_str());
   writer->SetInputConnection(image->GetOutputPort());
   const int warnings = vtkObject::GetGlobalWarningDisplay();
-  vtkObject::GlobalWarningDisplayOff();  // VTK would print its own words
+  vtkObject::GlobalWarningDisplayOff();  // VTK would print its own messages
   errno = 0;
   writer->Write();
   const int reason = errno;
@@ -186,7 +187,7 @@ Result<void> draw_body(const std::string& path, const std::vector<Mesh>& meshes,
   for (std::size_t n = 0; n < meshes.size(); ++n) bodies.push_back(part_actor(meshes[n], colours[n]));
   for (const auto& joint : options.joints) joints.push_back(joint_actor(joint, 0.006 * bounds.size().z()));
 
-  // strips as wide as the body in each view, and a margin of a tenth of its height
+  // strips as wide as the body in each view, plus a tenth of its height
   const Vector3d size = bounds.size();
   const double front = size.x() + 0.1 * size.z(), side = size.y() + 0.1 * size.z();
   const double seam = front / (front + side);

@@ -1,4 +1,4 @@
-// Boxes, balls, cylinders, capsules and cones as triangles.
+// Triangle meshes of boxes, balls, cylinders, capsules and cones.
 #include <vtkCapsuleSource.h>
 #include <vtkConeSource.h>
 #include <vtkCubeSource.h>
@@ -18,7 +18,7 @@ using Eigen::Vector3d;
 
 constexpr int sides = 32;
 
-/// Adds a VTK source's triangles, moved by X and first scaled along its own axes.
+/// Adds a VTK source's triangles, first scaled along its own axes, then moved by X.
 void append(Mesh& mesh, vtkPolyDataAlgorithm* source, const Pose& X,
             const Vector3d& scale = Vector3d::Ones()) {
   vtkNew<vtkTriangleFilter> triangles;
@@ -42,7 +42,7 @@ void append(Mesh& mesh, vtkPolyDataAlgorithm* source, const Pose& X,
   }
 }
 
-/// VTK's cylinders, capsules and cones lie along y or x, ours along z.
+/// VTK's cylinders, capsules and cones lie along y or x; ours lie along z.
 Pose along_z(const Pose& X, const Vector3d& their_axis) {
   return X * Pose{Eigen::Quaterniond::FromTwoVectors(their_axis, Vector3d::UnitZ()).toRotationMatrix(),
                   Vector3d::Zero()};
@@ -50,7 +50,7 @@ Pose along_z(const Pose& X, const Vector3d& their_axis) {
 
 struct Drawing {
   Mesh& mesh;
-  Pose X;  ///< of the form in its solid
+  Pose X;  ///< of the shape in its solid
 
   void operator()(const Box& box) const {
     vtkNew<vtkCubeSource> cube;

@@ -1,4 +1,4 @@
-// The functions of the table in on_demand/vtk.hpp, each in the file of its name.
+// The functions of the table in on_demand/vtk.hpp, each defined in the file of its name.
 #pragma once
 
 #include "pipeline/on_demand/vtk.hpp"

@@ -1,4 +1,4 @@
-// Flying edges on the shares of voxels, then windowed-sinc smoothing.
+// Flying edges on voxel shares, then windowed-sinc smoothing.
 #include <vtkCellArray.h>
 #include <vtkFlyingEdges3D.h>
 #include <vtkImageData.h>
@@ -13,9 +13,9 @@
 namespace borelli::by_vtk {
 namespace {
 
-// Smoothing: waves shorter than about 18 triangles go, longer stay. Tried on spheres, fingers, limbs and
-// tilted planes of known surface: .1 leaves steps (normals 3 to 10 degrees off), .01 eats fingers; .03 brings
-// both to 0.1 voxel and 2 degrees.
+// Pass band of the smoothing: removes waves shorter than about 18 triangles. On spheres, fingers, limbs and
+// tilted planes 0.1 leaves steps (normals 3 to 10 degrees off) and 0.01 shrinks fingers; 0.03 keeps both
+// within 0.1 voxel and 2 degrees.
 constexpr double pass_band = 0.03;
 constexpr int iterations = 30;
 
@@ -28,7 +28,7 @@ TriangleSurface plain(vtkPolyData& surface) {
   vtkIdType count = 0;
   const vtkIdType* ids = nullptr;
   auto* const cells = surface.GetPolys();
-  // flying edges leaves the higher value, the part, behind its triangles in a right-handed frame
+  // flying edges puts the higher value, the part, behind its triangles in a right-handed frame
   for (cells->InitTraversal(); cells->GetNextCell(count, ids);) {
     const auto corner = [&](int n) { return static_cast<std::uint32_t>(ids[n]); };
     if (count == 3) out.triangles.push_back({corner(0), corner(1), corner(2)});
@@ -40,7 +40,7 @@ TriangleSurface plain(vtkPolyData& surface) {
 
 TriangleSurface smooth_surface(std::vector<unsigned char>& shares, const std::array<int, 3>& size) {
   vtkNew<vtkUnsignedCharArray> values;
-  values->SetArray(shares.data(), std::ssize(shares), 1);  // 1: the vector keeps its memory
+  values->SetArray(shares.data(), std::ssize(shares), 1);  // 1: the vector keeps ownership
   vtkNew<vtkImageData> image;
   image->SetDimensions(size.data());
   image->GetPointData()->SetScalars(values);
@@ -51,7 +51,7 @@ TriangleSurface smooth_surface(std::vector<unsigned char>& shares, const std::ar
   edges->ComputeScalarsOff();
   edges->SetValue(0, 127.5);
   edges->Update();
-  if (edges->GetOutput()->GetNumberOfPolys() == 0) return {};  // (of which VTK would complain)
+  if (edges->GetOutput()->GetNumberOfPolys() == 0) return {};  // VTK would complain about an empty surface
   vtkNew<vtkWindowedSincPolyDataFilter> smooth;
   smooth->SetInputConnection(edges->GetOutputPort());
   smooth->SetPassBand(pass_band);

@@ -1,4 +1,4 @@
-// VTK's PolyData as XML.
+// Reads and writes VTK's PolyData as XML.
 #include <vtkCellArray.h>
 #include <vtkCellArrayIterator.h>
 #include <vtkErrorCode.h>
@@ -39,7 +39,7 @@ Result<void> write_vtp(const std::string& path, const Mesh& mesh) {
   surface->SetPolys(triangles);
   surface->GetFieldData()->AddArray(part);
 
-  // VTK would print its own words
+  // VTK would print its own messages
   const int warnings = vtkObject::GetGlobalWarningDisplay();
   vtkObject::GlobalWarningDisplayOff();
   vtkNew<vtkXMLPolyDataWriter> writer;
