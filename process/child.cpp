@@ -88,7 +88,7 @@ void write_all(int file, std::string_view text) {
   _exit(code);
 }
 
-// Reads what the child writes until it ends. False: its time ran out first.
+// Reads what the child writes until it ends. Returns false if its time ran out first.
 bool read_until_end(int pipe, double seconds, std::string& text) {
   using Clock = std::chrono::steady_clock;
   const auto end = Clock::now() + std::chrono::duration<double>(seconds);

@@ -114,7 +114,7 @@ class Assembler {
     return update_terms(system_, parameters_, state_.t, q.data(), state_.v.data(), w_);
   }
 
-  /// One Gauss-Newton step with the best of several dampings. False: no step lowers the residual.
+  /// One Gauss-Newton step with the best of several dampings. Returns false if no step lowers the residual.
   bool improve() {
     const double before = total_residual(system_, w_).second;
     w_.wanted = -w_.rows.h;

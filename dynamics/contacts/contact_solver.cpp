@@ -54,7 +54,7 @@ void find_parts(const double* a, int pivots, int stride, int column, double* par
 /// Eliminates the symmetric, positive definite rows in blocks of eight pivots. Each block first subtracts the
 /// previous pivot rows, tile by tile of register width, and then eliminates within itself. `bring(k, row)`
 /// writes row k when it is needed, and the beginning of the row behind it. `parts`: room for eight numbers
-/// per row and one more row. The diagonal ends as the inverse pivot. False: not definite.
+/// per row and one more row. The diagonal ends as the inverse pivot. Returns false if not definite.
 template <int width, class Bring>
 bool eliminate_symmetric(double* a, double* parts, int symmetric, int stride, const Bring& bring) {
   using Block = LanesOf<block, width>;
@@ -133,7 +133,7 @@ void take_symmetric_off(const double* a, int symmetric, int stride, int column, 
 /// symmetric and positive definite; their part left of the diagonal is not read and may be overwritten.
 /// Entries of the other rows in the symmetric columns are stored as columns of the symmetric rows, behind the
 /// right-hand side. The other rows are eliminated with column pivoting. `parts`, `bring`: see
-/// eliminate_symmetric. False: singular.
+/// eliminate_symmetric. Returns false if singular.
 template <int width, class Bring>
 bool eliminate(double* a, int symmetric, int n, int stride, double* parts, double* x, const Bring& bring) {
   using L = LanesOf<block, width>;

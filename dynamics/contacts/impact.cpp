@@ -234,7 +234,7 @@ class Resolution {
   /// Projected Gauss-Seidel until the impulses settle: each contact's normal impulse, then its friction,
   /// projected onto the cone. If convergence is slow (friction at its limit, very different masses), Newton's
   /// method continues from there. If strong friction makes the sweeps oscillate, each contact's own problem
-  /// is solved exactly instead. `least`: lower bounds of the normal impulses. False: not settled.
+  /// is solved exactly instead. `least`: lower bounds of the normal impulses. Returns false if not settled.
   bool sweep(const VectorXd& target, const VectorXd& least, VectorXd& p) const {
     const VectorXd start = p;
     // With friction exactly at its limit, sweeps stall at this residual.
@@ -257,7 +257,7 @@ class Resolution {
     return sweep(target, least, p, true) <= enough;
   }
 
-  /// The least impulses after which normal velocities equal their targets and nothing slips.
+  /// Smallest impulses that bring the normal velocities to their targets and stop all slip.
   VectorXd keeping(const VectorXd& target) const {
     VectorXd wanted = -shock_.velocity;
     for (int i = 0; i < n_; ++i) wanted[3 * i] += target[i];

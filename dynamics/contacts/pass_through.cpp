@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double trusted_overlap = 0.01;  // in parts of the radius, as for contacts
+constexpr double trusted_overlap = 0.01;  // share of the radius; the same limit as for contacts
 
 struct Ends {
   Vector3d a, b;

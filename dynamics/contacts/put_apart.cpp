@@ -100,8 +100,8 @@ class PuttingApart {
   }
 
   /// The least move after which no held contact overlaps and the other rows hold, to first order. One
-  /// multiplier per row, nonnegative for contacts, by projected Gauss-Seidel. False: no coordinate moves any
-  /// of these rows.
+  /// multiplier per row, nonnegative for contacts, by projected Gauss-Seidel. Returns false if no coordinate
+  /// moves any of these rows.
   bool step() {
     std::vector<int> rows;
     for (int row = 0; row < system_.rows; ++row)

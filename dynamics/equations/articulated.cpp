@@ -178,8 +178,8 @@ void move_all(const Parameters& parameters, const T* q, const T* u, const T* acc
   }
 }
 
-/// Force and inverse inertia of the joints that use the pendulum equation. False: some lane's inertia is
-/// negligible.
+/// Force and inverse inertia of the joints that use the pendulum equation. Returns false if some lane's
+/// inertia is negligible.
 template <class T>
 bool swing_all(const Parameters& parameters, const InertialsOf<T>& inertials, const T* q,
                ArticulationOf<T>& articulation) {

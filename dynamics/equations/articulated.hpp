@@ -167,8 +167,8 @@ void find_bodies(const System& system, const Parameters& parameters, const Inert
 
 /// After move_links without given accelerations: free accelerations a (nv) without constraints, and the
 /// drives' generalised forces (driven_nv). `efforts` (after find_bodies) may be null for none; `given` (nv,
-/// or null) adds to the generalised forces. False: the articulated inertia of a coordinate is so small
-/// against the rigid one that it may be rounding; use the mass matrix instead (factor_mass_matrix).
+/// or null) adds to the generalised forces. Returns false if the articulated inertia of a coordinate is so
+/// small against the rigid one that it may be rounding; use the mass matrix instead (factor_mass_matrix).
 template <class T>
 bool find_accelerations(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
                         const KinematicsOf<T>& kinematics, const EffortSumsOf<T>* efforts, const T* given,

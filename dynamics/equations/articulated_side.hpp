@@ -294,8 +294,8 @@ inline void find_energies_of_side(const System& system, const Parameters& parame
   }
 }
 
-/// Inward pass: adds the trees' articulated bodies to the links that carry them. False: a coordinate meets
-/// negligible inertia.
+/// Inward pass: adds the trees' articulated bodies to the links that carry them. Returns false if a
+/// coordinate meets negligible inertia.
 inline bool free_side(const System& system, const Parameters& parameters, const EffortSums* efforts,
                       const double* given, Articulation& articulation, SideBySide& side) {
   if (side.swung) {

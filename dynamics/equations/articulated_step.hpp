@@ -229,9 +229,9 @@ void move_origin(const Vector3<T>& r, ArticulatedBody<T>& body) {
 }
 
 /// Eliminates a loose ball at once, with `torque` (world axes) acting on it. The articulated body reduces to
-/// the mass matrix M at the pivot. False: its inertia is too thin to be inverted; eliminate axis by axis.
-/// Unless a torque acts, entries that become zero are not written (see flatten), since move_origin overwrites
-/// them nearly always.
+/// the mass matrix M at the pivot. Returns false if its inertia is too thin to be inverted; eliminate axis by
+/// axis. Unless a torque acts, entries that become zero are not written (see flatten), since move_origin
+/// overwrites them nearly always.
 template <class T>
 bool collapse(const Vector3<T>& torque, bool acted, bool at_root, ArticulatedBody<T>& body, LinkOf<T>& link) {
   const Symmetric3<T>& I = body.I;
@@ -341,8 +341,8 @@ void release(const PivotOf<T>& pivot, ArticulatedBody<T>& body) {
   body.bias.n += pivot.rest * n;
 }
 
-/// Eliminates the coordinates of a step one after the other. `acceleration`: of a drive, else null. False: a
-/// coordinate meets negligible inertia.
+/// Eliminates the coordinates of a step one after the other. `acceleration`: of a drive, else null. Returns
+/// false if a coordinate meets negligible inertia.
 template <class Kind, class T, class Armature>
 bool release_step(const Armature& armature, const T* effort, const T* given, const T* acceleration,
                   bool at_root, PivotOf<T>* pivots, ArticulatedBody<T>& body) {
@@ -431,7 +431,7 @@ void follow(bool stays, bool loose, const LinkOf<T>* before, const PivotOf<T>* p
   link.linear = linear;
 }
 
-/// Eliminates all coordinates of a step. False: a coordinate meets negligible inertia.
+/// Eliminates all coordinates of a step. Returns false if a coordinate meets negligible inertia.
 template <class Kind, class T, class Armature>
 bool free_step(const Armature& armature, bool loose, const T* effort, const T* given, const T* acceleration,
                bool at_root, PivotOf<T>* pivots, ArticulatedBody<T>& body, LinkOf<T>& link) {

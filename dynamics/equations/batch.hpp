@@ -72,8 +72,8 @@ struct BatchWorkspaceOf {
 using BatchWorkspace = BatchWorkspaceOf<Lanes>;
 
 /// Accelerations, drive forces, energies (unless only accelerations are wanted) and powers of the states
-/// (Lanes or Quad). `applied` (nv, or null) adds to the generalised forces. False: the equations of some lane
-/// cannot be solved; see `faults`.
+/// (Lanes or Quad). `applied` (nv, or null) adds to the generalised forces. Returns false if the equations of
+/// some lane cannot be solved; see `faults`.
 template <class T>
 bool accelerate(const System& system, const Parameters& parameters, const BatchStateOf<T>& state,
                 BatchWorkspaceOf<T>& workspace, const std::type_identity_t<T>* applied = nullptr,

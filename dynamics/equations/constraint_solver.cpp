@@ -81,8 +81,8 @@ void ConstraintSolver::begin(bool decide) {
   nearness_ = 1;
 }
 
-/// Factors the rows by their Gram matrix. False: a row is too close to the others for it, and nothing is
-/// decided.
+/// Factors the rows by their Gram matrix. Returns false if a row is too close to the others for it, and
+/// nothing is decided.
 bool ConstraintSolver::eliminate(bool decide) {
   unit_.multiply(decide);
   begin(decide);

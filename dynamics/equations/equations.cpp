@@ -188,7 +188,7 @@ void find_drive_efforts(const System& system, Workspace& w) {
   }
 }
 
-/// Efforts, and accelerations by articulated bodies. False: they do not apply, or A must decide.
+/// Efforts, and accelerations by articulated bodies. Returns false if they do not apply, or A must decide.
 bool articulate(const System& system, const Parameters& parameters, double t, const double* q,
                 const double* v, Workspace& w, const double* applied) {
   if (w.kinematics.equations != Equations::recursive || w.has_rows() || !w.articulation.every_body_moves)

@@ -158,7 +158,7 @@ int rank(const Matrix3d& projector) { return int(std::lround(projector.trace()))
 
 Matrix3d onto(const Vector3d& axis) { return axis * axis.transpose() / axis.squaredNorm(); }
 
-/// Conserved angular momentum of a group, from the freedom of its root. False: none is conserved.
+/// Conserved angular momentum of a group, from the freedom of its root. Returns false if none is conserved.
 bool find_angular(const Leading& leading, const Vector3d& gravity, ConservedMomentum& out) {
   const bool weightless = gravity.norm() == 0;
   if (leading.turns == 0) return false;

@@ -1,8 +1,8 @@
 // Sparse rows, and the Cholesky factor of their Gram matrix, W W^T = R R^T, with any pivot order. For many
 // loops, each tied only to its neighbours, the order of next() makes the cost nearly linear in their number.
 //
-// The remaining square of a row shows its distance from those before it, but only to rounding of the full
-// square. Near dependence another method must decide (ConstraintSolver).
+// What elimination leaves of a row's squared length is its squared distance from the rows before it. Rounding
+// of the full length limits that, so near dependence another method decides (ConstraintSolver).
 #pragma once
 
 #include <cstdint>

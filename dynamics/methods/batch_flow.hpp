@@ -61,7 +61,8 @@ class BatchFlow : public Flow {
   }
 
   /// Centres the local coordinates on `state`. Solves the equations there unless the last solution is for
-  /// this state. Fills dy, and y except for the works. False: the equations of some lane cannot be solved.
+  /// this state. Fills dy, and y except for the works. Returns false if the equations of some lane cannot be
+  /// solved.
   bool start(const BatchState& state, Eigen::VectorXd& y, Eigen::VectorXd& dy) {
     centre_ = state.q;
     for (int i = 0; i < system_.nv; ++i) {

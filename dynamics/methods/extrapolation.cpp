@@ -69,7 +69,7 @@ void Extrapolation::reset() {
   rejected_ = false;
 }
 
-/// now_ <- the midpoint rule with the row's substeps. False: f could not be evaluated.
+/// now_ <- the midpoint rule with the row's substeps. Returns false if f could not be evaluated.
 bool Extrapolation::make_row(Flow& flow, double t, double h, const Eigen::VectorXd& y,
                              const Eigen::VectorXd& dy, int row) {
   const int count = substeps(row);
@@ -105,7 +105,7 @@ Extrapolation::Shares Extrapolation::share(int rows) {
   return out;
 }
 
-/// ends_ <- the midpoint rule for each of `rows` rows. False: f could not be evaluated.
+/// ends_ <- the midpoint rule for each of `rows` rows. Returns false if f could not be evaluated.
 bool Extrapolation::make_rows(Flow& flow, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
                               int rows) {
   const Eigen::Index size = y.size();
@@ -160,7 +160,7 @@ void Extrapolation::note_bend(int i) {
 }
 
 /// Extrapolates from the row in now_ and the previous rows. For the last rows, finds the error and the step
-/// for the target error. False: not finite.
+/// for the target error. Returns false if not finite.
 bool Extrapolation::extrapolate(const Eigen::VectorXd& scale, double h, int row) {
   const int count = substeps(row);
   // Aitken-Neville: now_ passes along the row; table_ holds the previous row until it is overwritten.

@@ -23,7 +23,7 @@ class Flow {
  public:
   virtual ~Flow() = default;
   virtual Eigen::Index size() const = 0;
-  /// dy <- f(t, y). False: f cannot be evaluated there.
+  /// dy <- f(t, y). Returns false if f cannot be evaluated there.
   virtual bool derivative(double t, const Eigen::VectorXd& y, Eigen::VectorXd& dy) = 0;
   /// Per component, the size that adaptive methods measure errors against; infinity: not controlled.
   virtual const Eigen::VectorXd& error_scale() const = 0;
@@ -38,7 +38,8 @@ class Flow {
   /// other.
   virtual bool has_lanes() { return false; }
   /// With has_lanes(): dy <- f(y) in each lane. Only the results of the first `states` lanes are used; the
-  /// other lanes must hold states that can be evaluated. False: f cannot be evaluated at one of them.
+  /// other lanes must hold states that can be evaluated. Returns false if f cannot be evaluated at one of
+  /// them.
   virtual bool derivatives(const Eigen::VectorX<Quad>& /*y*/, int /*states*/, Eigen::VectorX<Quad>& /*dy*/) {
     return false;
   }
@@ -52,7 +53,7 @@ class Flow {
 
 /// The result of an attempted step.
 struct Attempt {
-  /// False: f could not be evaluated within the step; `out` is undefined.
+  /// Returns false if f could not be evaluated within the step; `out` is undefined.
   bool evaluated = true;
   bool accepted = true;  ///< false: the error is too large; try again with next_step
   /// The step that the method proposes, s. Fixed methods return h.
@@ -87,14 +88,14 @@ class Integrator {
   virtual int dense_order() const { return 3; }
   /// Whether dense output is as accurate as the steps, whose errors accumulate to h^order().
   bool dense_suffices() const { return dense_order() + 1 >= order(); }
-  /// Prepares interpolate() for the step last attempted, from (t, y) to `out`. False: f could not be
-  /// evaluated.
+  /// Prepares interpolate() for the step last attempted, from (t, y) to `out`. Returns false if f could not
+  /// be evaluated.
   virtual bool prepare_dense(Flow& flow, double t, double h, const Eigen::VectorXd& y,
                              const Eigen::VectorXd& dy, const Eigen::VectorXd& out);
   /// y at t + theta h of that step, theta from 0 to 1.
   virtual void interpolate(double theta, Eigen::VectorXd& y) const;
   /// Repeats the step last attempted with the shorter length h, without changing what the method remembers.
-  /// For states within the step if dense output is too coarse. False: f could not be evaluated.
+  /// For states within the step if dense output is too coarse. Returns false if f could not be evaluated.
   virtual bool shortened(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
                          Eigen::VectorXd& out) {
     return attempt(flow, t, h, y, dy, out).evaluated;
@@ -120,7 +121,7 @@ class Integrator {
 
   /// Whether y must continue from step to step unchanged, in the same local coordinates, until reset().
   virtual bool keeps_history() const { return false; }
-  /// Saves or restores what the method remembers of earlier steps. False: it cannot.
+  /// Saves or restores the history that the method keeps of earlier steps. Returns false if it cannot.
   virtual bool keep(Keeper& /*keeper*/) { return true; }
   /// Forgets earlier steps. Call after an event and after the local coordinates are centred anew.
   virtual void reset() {}

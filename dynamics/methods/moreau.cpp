@@ -123,7 +123,8 @@ void MoreauStepping::find_rows(const System& system, const Kinematics& kinematic
   s.known[i] = 1;
 }
 
-/// Finds the contacts that the step would close, and the mass matrix at its middle. False: it is singular.
+/// Finds the contacts that the step would close, and the mass matrix at its middle. Returns false if it is
+/// singular.
 bool MoreauStepping::find_acting(const MotionFlow& motion, double t, double h) {
   const System& system = motion.system();
   const Eigen::Index n = system.nv;
@@ -153,7 +154,7 @@ bool MoreauStepping::find_acting(const MotionFlow& motion, double t, double h) {
   return true;
 }
 
-/// Adds contacts that overlap at the step's end without acting. False: the mass matrix is singular.
+/// Adds contacts that overlap at the step's end without acting. Returns false if the mass matrix is singular.
 bool MoreauStepping::add_overlapping(const MotionFlow& motion, double t, double h, bool& added) {
   const System& system = motion.system();
   Scratch& s = *scratch_;
@@ -169,7 +170,7 @@ bool MoreauStepping::add_overlapping(const MotionFlow& motion, double t, double 
   return true;
 }
 
-/// Mass matrix and bilateral rows at the middle of the step. False: the mass matrix is singular.
+/// Mass matrix and bilateral rows at the middle of the step. Returns false if the mass matrix is singular.
 bool MoreauStepping::ready_response(const MotionFlow& motion, double t, double h) {
   const System& system = motion.system();
   Scratch& s = *scratch_;
@@ -281,7 +282,8 @@ Attempt MoreauStepping::attempt(Flow& flow, double t, double h, const VectorXd& 
   return {.evaluated = meet(flow, *motion, t, h, y, out), .next_step = h};
 }
 
-/// Adds the contacts to a step; `out` is its end without them. False: the equations cannot be solved.
+/// Adds the contacts to a step; `out` is its end without them. Returns false if the equations cannot be
+/// solved.
 bool MoreauStepping::meet(Flow& flow, const MotionFlow& motion, double t, double h, const VectorXd& y,
                           VectorXd& out) {
   const System& system = motion.system();

@@ -237,7 +237,7 @@ void MoreauStepping::find_separation(const System& system, int stride) {
 
 /// Removes the overlaps at the step's end: separated_ is landed_ after the move. Gaps are not linear in the
 /// move, and the move may close other contacts; it is repeated along the new normals while overlaps remain.
-/// False: nothing had to move.
+/// Returns false if nothing had to move.
 bool MoreauStepping::separate(Flow& flow, const MotionFlow& motion, double t) {
   const System& system = motion.system();
   Scratch& s = *scratch_;

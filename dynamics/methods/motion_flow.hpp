@@ -34,12 +34,12 @@ class MotionFlow : public Flow {
 
   /// Centres the local coordinates on `state`, fills y and dy there and decides the rank of the constraints
   /// for the coming step. Leaves the equations at `state` in the workspace. It does not solve them again if
-  /// the integrator's last slope was at this state and there are no rows. False: they cannot be solved; see
-  /// failure().
+  /// the integrator's last slope was at this state and there are no rows. Returns false if they cannot be
+  /// solved; see failure().
   bool start(const State& state, const Work& work, Eigen::VectorXd& y, Eigen::VectorXd& dy);
 
   /// Replaces start() for a method that keeps its history: prepares the step from `state`, at y in the
-  /// present local coordinates. False: as in start().
+  /// present local coordinates. Returns false as in start().
   bool go_on(const State& state, const Eigen::VectorXd& y, Eigen::VectorXd& dy);
   /// Whether a ball has turned by more than a radian from the centre of the local coordinates at y.
   bool off_centre(const Eigen::VectorXd& y) const;

@@ -13,7 +13,7 @@ inline Eigen::Index acting_components(const Flow& flow) {
 
 /// J <- derivatives of f's first J.rows() components by y's first J.cols() components at (t, y), given dy =
 /// f(t, y). Forward differences of 1e-7 of the component's scale. `moved` and `slope` are scratch of y's
-/// size. False: f could not be evaluated.
+/// size. Returns false if f could not be evaluated.
 template <class Matrix>
 bool slope_jacobian(Flow& flow, double t, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
                     Eigen::VectorXd& moved, Eigen::VectorXd& slope, Matrix& J) {

@@ -9,7 +9,7 @@ namespace borelli {
 namespace {
 
 /// Positions of `out` <- the positions after h from y with the velocities in `out`, by the trapezoidal rule
-/// in the local coordinates (exact if they are centred on y). False: no convergence.
+/// in the local coordinates (exact if they are centred on y). Returns false if no convergence.
 bool move_positions(Flow& flow, double h, const Eigen::VectorXd& y, Eigen::VectorXd& slope,
                     Eigen::VectorXd& at_start, Eigen::VectorXd& out) {
   const Eigen::Index n = flow.positions();

@@ -215,7 +215,8 @@ class BatchRun {
     longest_made_ = 0;
   }
 
-  /// Solves the equations at the present state, checks it and prepares the next step. False: no lane is left.
+  /// Solves the equations at the present state, checks it and prepares the next step. Returns false if no
+  /// lane is left.
   bool begin() {
     for (;;) {
       if (std::none_of(active_.begin(), active_.end(), [](bool on) { return on; })) return false;

@@ -21,9 +21,9 @@ class EventWatch {
   /// Begins a step at the end of the last one.
   void begin_step();
 
-  /// Finds the first remaining event in the step from t of length h; `landing` receives its state. False:
-  /// none. `end` is the step's end. Located to the resolution of time in double precision. Fails if the step
-  /// passes more events than can be resolved.
+  /// Finds the first remaining event in the step from t of length h; `landing` receives its state. Returns
+  /// false if none. `end` is the step's end. Located to the resolution of time in double precision. Fails if
+  /// the step passes more events than can be resolved.
   Result<bool> find(StepPath& path, double t, double h, const Landing& end, Landing& landing);
   /// Passes the found event to its sources; `workspace` holds the equations there. Returns what the run must
   /// do next.

@@ -292,8 +292,8 @@ class Run {
     return {};
   }
 
-  /// Makes a step of h, part of a step of whole_step, to time `end`. False: the step must be divided, as
-  /// methods that treat contacts may require.
+  /// Makes a step of h, part of a step of whole_step, to time `end`. Returns false if the step must be
+  /// divided, as methods that treat contacts may require.
   Result<bool> try_evenly(double end, double h, double whole_step) {
     const double t = state_.t;
     const bool divisible = steps_contacts() && even_.vain < most_vain && h > 1.5 * finest_part * whole_step;
@@ -517,7 +517,8 @@ class Run {
     return out + fmt::format("{:a}", start_state_.t);
   }
 
-  /// Saves or restores everything that later steps depend on. False: the method does not support it.
+  /// Saves or restores everything that later steps depend on. Returns false if the method does not support
+  /// it.
   bool keep(Keeper& k, RangeEvents& ranges) {
     k(state_.t, state_.q, state_.v, work_, y_, dy_, out_, step_, sink_, longest_made_, first_overlong_, held_,
       attempts_, rows_, follow_function_, start_, stiff_, keeping_, last_event_, events_at_once_, motion_,

@@ -31,7 +31,7 @@ void StepPath::begin(double t, double h, const Eigen::VectorXd& y, const Eigen::
   dense_ready_ = false;
 }
 
-/// Prepares dense output for the step. False: the equations could not be solved.
+/// Prepares dense output for the step. Returns false if the equations could not be solved.
 bool StepPath::ready() {
   dense_ready_ = dense_ready_ || integrator_.prepare_dense(motion_, t_, h_, *y_, *dy_, *out_);
   return dense_ready_;

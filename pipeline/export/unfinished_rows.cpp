@@ -10,8 +10,8 @@ namespace borelli {
 namespace {
 
 constexpr std::chrono::seconds shortest_interval{1};
-constexpr int writes =
-    50;  // writing takes at most 1/writes of the run's time; a killed run loses about as much
+// writing takes at most a fiftieth of the run's time; a killed run loses about as much
+constexpr int time_per_write = 50;
 
 }  // namespace
 
@@ -37,8 +37,8 @@ void UnfinishedRows::write(const Trajectory& so_far) {
   static_cast<void>(write_whole(
       path_, [&](const std::filesystem::path& beside) { return write_trajectory(so_far, scene_, beside); }));
   const auto now = Clock::now();
-  next_ =
-      now + std::max({Clock::duration(shortest_interval), (now - begun_) / writes, (now - from) * writes});
+  next_ = now + std::max({Clock::duration(shortest_interval), (now - begun_) / time_per_write,
+                          (now - from) * time_per_write});
 }
 
 }  // namespace borelli

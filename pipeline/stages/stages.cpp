@@ -113,7 +113,8 @@ Standing standing_of(const Stage& stage, const json& past, const std::string& ke
   return standing;
 }
 
-// Whether the present files can remain the stage's result, because no other file must be made again.
+// Whether the edited files may stay: true if the stage need not remake any other file. Else the error says
+// so.
 Result<void> keep_by_hand(const Stage& stage, const Standing& standing, const fs::path& folder) {
   const bool all_editable = stage.editable.size() == stage.outputs.size();
   if (standing.all_there && (standing.same_key || all_editable)) return {};

@@ -182,7 +182,7 @@ bool starts_with_data_set(Reader& reader, DicomElements& elements) {
 }
 
 // Sets byte order, VR and packing by the transfer syntax. Under the DICOM root, all but the syntaxes named
-// here have packed pixels and are explicit little-endian. False: unknown syntax.
+// here have packed pixels and are explicit little-endian. Returns false if unknown syntax.
 bool set_syntax(Reader& reader, const std::string& path, DicomElements& elements) {
   const std::string_view uid = elements.transfer_syntax;
   if (!uid.starts_with("1.2.840.10008.1.2")) return false;

@@ -14,7 +14,7 @@ struct Placeholders {
   std::vector<std::string> macos_metadata;  ///< "._NAME", which macOS writes beside NAME
   std::vector<std::string> stubs;           ///< empty, or only the first bytes of a DICOM file
 
-  /// Adds a file to its list by its first bytes. False: it is no placeholder.
+  /// Adds a file to its list by its first bytes. Returns false if it is no placeholder.
   bool add_if_placeholder(const std::string& path);
   std::vector<std::string> sentences() const;  ///< one for each list that is not empty
 };

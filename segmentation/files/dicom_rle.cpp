@@ -13,8 +13,8 @@ std::uint32_t rle_word(std::span<const std::byte> bytes, std::size_t at) {
   return word;
 }
 
-// Unpacks a segment (PackBits), which holds one byte of every pixel, into each `step`-th byte of `to`. False:
-// the segment holds too few or too many bytes.
+// Unpacks a segment (PackBits), which holds one byte of every pixel, into each `step`-th byte of `to`.
+// Returns false if the segment holds too few or too many bytes.
 bool unpack_rle_segment(std::span<const std::byte> from, std::span<std::byte> to, std::size_t step) {
   std::size_t at = 0, filled = 0;
   while (filled < to.size()) {

@@ -169,7 +169,7 @@ class TreatedFlow : public Flow {
   Eigen::LLT<Eigen::MatrixXd> factor_;
 };
 
-/// From y at t to `end` and no farther. False: it did not come there.
+/// From y at t to `end` and no farther. Returns false if it did not come there.
 class Stepper {
  public:
   Stepper(TreatedFlow& flow, Integrator& integrator, double first, bool fixed)
