@@ -284,6 +284,7 @@ Limbs trace_limbs(const Anatomy& a, const Trunk& trunk) {
   Volume<std::uint8_t> seeds{g, std::vector<std::uint8_t>(g.count(), 0)};
   Mask wings{g, std::vector<std::uint8_t>(g.count(), 0)};
   mark_axial(a, trunk, seeds, wings);
+  unmark_hands(a, trunk, wings, seeds);
   for (const int side : {left_side, right_side}) {
     const auto n = static_cast<std::size_t>(side);
     const Limb leg = side == left_side ? Limb::leg_left : Limb::leg_right,
@@ -309,7 +310,6 @@ Limbs trace_limbs(const Anatomy& a, const Trunk& trunk) {
             (other.present && way.length() < other.length() - gained * trunk.scale));
   };
   if (!ends_early(left_side) && !ends_early(right_side)) return limbs;
-  unmark_hands(a, trunk, wings, seeds);
   Limbs kept = limbs_of(a, trunk, territory_of_kept_trunk(a, trunk, cost(), seeds));
   kept.arms_meet = limbs.arms_meet;
   for (const int side : {left_side, right_side})
