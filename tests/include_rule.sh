@@ -19,7 +19,7 @@ declare -A allowed=(
 )
 # a folder's rooms, in the order of the data; on_demand/ is what the libraries loaded at run time hold
 declare -A rooms=(
-  [dynamics]='numbers scene system equations constraints contacts methods run formats'
+  [dynamics]='numbers scene system equations constraints inverse contacts methods run formats'
   [segmentation]='volume vocabulary grid files body proposal joints labelling'
   [pipeline]='files body export charts paper report stages verbs'
 )
