@@ -14,6 +14,8 @@
 namespace borelli {
 namespace {
 
+bool is_space(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
+
 // Builds the tree from expat's events.
 struct TreeBuilder {
   std::string file;
@@ -25,7 +27,20 @@ struct TreeBuilder {
   static void start(void* self, const XML_Char* name, const XML_Char** attributes) {
     static_cast<TreeBuilder*>(self)->begin(name, attributes);
   }
-  static void end(void* self, const XML_Char*) { static_cast<TreeBuilder*>(self)->open.pop_back(); }
+  static void end(void* self, const XML_Char*) {
+    auto& open = static_cast<TreeBuilder*>(self)->open;
+    std::string& content = open.back()->content;
+    while (!content.empty() && is_space(content.back())) content.pop_back();
+    open.pop_back();
+  }
+  // Expat hands over the text of an element in pieces.
+  static void add_text(void* self, const XML_Char* text, int length) {
+    std::string_view piece(text, static_cast<std::size_t>(length));
+    std::string& content = static_cast<TreeBuilder*>(self)->open.back()->content;
+    if (content.empty())
+      while (!piece.empty() && is_space(piece.front())) piece.remove_prefix(1);
+    content += piece;
+  }
 
   void begin(const char* name, const char** attributes) {
     if (std::ssize(open) >= deepest_xml) {
@@ -42,8 +57,6 @@ struct TreeBuilder {
     open.push_back(element);
   }
 };
-
-bool is_space(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
 
 }  // namespace
 
@@ -162,6 +175,7 @@ XmlElement read_xml(const std::filesystem::path& path) {
   TreeBuilder builder{.file = path.string(), .parser = parser.get(), .root = {}};
   XML_SetUserData(parser.get(), &builder);
   XML_SetElementHandler(parser.get(), &TreeBuilder::start, &TreeBuilder::end);
+  XML_SetCharacterDataHandler(parser.get(), &TreeBuilder::add_text);
   if (XML_Parse(parser.get(), text.data(), static_cast<int>(text.size()), XML_TRUE) == XML_STATUS_ERROR) {
     const std::string where = fmt::format("{}:{}", path.string(), XML_GetCurrentLineNumber(parser.get()));
     const std::string what = builder.too_deep ? fmt::format("elements are nested deeper than {}", deepest_xml)

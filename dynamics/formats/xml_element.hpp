@@ -29,7 +29,7 @@ struct XmlAttribute {
 /// per level.
 inline constexpr int deepest_xml = 2500;
 
-/// An element with its attributes and child elements. Text between elements is dropped.
+/// An element with its attributes, child elements and text.
 struct XmlElement {
   std::string name;
   std::string file;
@@ -37,6 +37,7 @@ struct XmlElement {
   int part = 0;  ///< index of the model file it is from (MJCF's <attach>)
   std::vector<XmlAttribute> attributes;
   std::vector<XmlElement> children;
+  std::string content;        ///< its own text, without the white space around it
   mutable bool read = false;  ///< some reader used the element
 
   /// The text of an attribute, or null if it is missing. Marks it as read, as do all accessors below.
