@@ -58,7 +58,9 @@ void refuse_doubled(const XmlElement& set, const InverseKinematicsSetup& setup) 
 }
 
 InverseKinematicsSetup ik_setup_of(const XmlElement& root) {
-  const XmlElement& tool = opensim_object(root, {"InverseKinematicsTool", "IKTool"});
+  // (the third name is a misspelling of OpenSim 2)
+  const XmlElement& tool =
+      opensim_object(root, {"InverseKinematicsTool", "IKTool", "InverseKinemtaticsTool"});
   if (const XmlElement* trials = tool.child("IKTrialSet"))
     trials->refuse(
         "is how OpenSim before 2.3 wrote set-ups; open the file in a later OpenSim, save it and read that");

@@ -32,6 +32,14 @@ HeaderLine header_line(std::string_view line) {
   return {lower_case(line.substr(0, end)), value == line.npos ? "" : trimmed(line.substr(value))};
 }
 
+// A title without control characters and blanks around it.
+std::string plain_title(std::string_view title) {
+  std::string line(title);
+  std::ranges::replace_if(
+      line, [](unsigned char c) { return c < ' '; }, ' ');
+  return std::string(trimmed(line));
+}
+
 bool is_header_key(const std::string& key) {
   static const std::set<std::string, std::less<>> keys{
       "name",  "nr",        "nrows", "datarows",    "nc",        "ncolumns", "version",        "datatype",
@@ -62,7 +70,7 @@ class MotionTableReader {
       const HeaderLine at = header_line(line);
       if (at.key == "endheader") return {};
       if (auto fine = take(at, line); !fine) return fine;
-      if (first && !is_header_key(at.key)) out_.table.name = line;
+      if (first && !is_header_key(at.key)) out_.table.name = plain_title(line);
       first = false;
     }
     return bad_use(file_, "has no line 'endheader', expected a header as in OpenSim's .mot and .sto files");
@@ -71,7 +79,7 @@ class MotionTableReader {
   // One line of the header.
   Result<void> take(const HeaderLine& at, std::string_view line) {
     if (at.key == "name") {
-      out_.table.name = at.value;
+      out_.table.name = plain_title(at.value);
     } else if (at.key == "nr" || at.key == "nrows" || at.key == "datarows") {
       return take_count(at, rows_told_);
     } else if (at.key == "nc" || at.key == "ncolumns" || at.key == "datacolumns") {
@@ -117,14 +125,12 @@ class MotionTableReader {
   Result<void> read_columns() {
     while (rows_.next() && rows_.is_blank()) {
     }
-    const bool tabs = rows_.line().find('\t') != std::string_view::npos;
-    const auto names = tabs ? tab_cells(rows_.line()) : blank_words(rows_.line());
+    const auto names = column_names();
     if (names.empty() || rows_.is_blank()) return bad_use(file_, "ends before its line of column names");
     if (names.size() > most_columns)
       return refuse(fmt::format("has {} columns, expected at most {}", names.size(), most_columns));
     std::set<std::string_view> seen;
     for (std::size_t i = 0; i < names.size(); ++i) {
-      if (names[i].empty()) return refuse(fmt::format("has no name for column {}", i + 1));
       if (!seen.insert(names[i]).second)
         return refuse(fmt::format("names the column '{}' twice", printable(names[i])));
       if (!time_ && lower_case(names[i]) == "time")
@@ -142,6 +148,17 @@ class MotionTableReader {
     return {};
   }
 
+  // Names stand between tabs and may hold blanks, unless the first row has as many numbers as there are words.
+  std::vector<std::string_view> column_names() const {
+    const auto words = blank_words(rows_.line());
+    auto names = tab_cells(rows_.line());
+    std::erase(names, std::string_view());
+    TextRows ahead = rows_;
+    while (ahead.next() && ahead.is_blank()) {
+    }
+    return names.size() > 1 && blank_words(ahead.line()).size() != words.size() ? names : words;
+  }
+
   // A number and its separator take two bytes or more, so the table has at most four times the file's bytes.
   Result<void> check_size() {
     return admit_memory(file_, "its table", 8 * static_cast<double>(text_.size()));
@@ -151,9 +168,11 @@ class MotionTableReader {
     while (rows_.next()) {
       if (rows_.is_blank()) continue;
       auto cells = tab_cells(rows_.line());
-      if (cells.size() != width_) {
+      const bool blanks_within = std::ranges::any_of(
+          cells, [](std::string_view cell) { return cell.find(' ') != std::string_view::npos; });
+      if (cells.size() != width_ || blanks_within) {
         const auto words = blank_words(rows_.line());
-        if (words.size() == width_ || rows_.line().find('\t') == std::string_view::npos) cells = words;
+        if (words.size() == width_ || cells.size() == 1) cells = words;
       }
       // (tab_cells leaves out empty cells at the end, which are gaps here)
       if (cells.size() < width_ &&
@@ -164,9 +183,20 @@ class MotionTableReader {
       for (std::size_t i = 0; i < width_; ++i)
         if (auto fine = take_number(cells[i], i); !fine) return fine;
       row_lines_.push_back(rows_.number());
+      drop_repeated_row();
     }
     if (row_lines_.empty()) return bad_use(file_, "holds no row after its column names");
     return {};
+  }
+
+  // OpenSim writes the last state of some simulations twice.
+  void drop_repeated_row() {
+    auto& times = out_.table.times;
+    if (times.size() < 2 || times.back() != times[times.size() - 2]) return;
+    times.pop_back();
+    numbers_.resize(numbers_.size() - out_.table.columns.size());
+    row_lines_.pop_back();
+    ++repeated_;
   }
 
   Result<void> take_number(std::string_view cell, std::size_t column) {
@@ -202,7 +232,10 @@ class MotionTableReader {
 
   Result<void> finish() {
     const std::size_t count = row_lines_.size();
-    if (rows_told_ && *rows_told_ != static_cast<double>(count))
+    if (repeated_ > 0)
+      out_.warnings.push_back(fmt::format(
+          "The time of the row before is repeated {} times; the first row of each was kept.", repeated_));
+    if (rows_told_ && *rows_told_ != static_cast<double>(count + repeated_))
       out_.warnings.push_back(
           fmt::format("The header tells of {:g} rows; the {} that are there were read.", *rows_told_, count));
     using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -226,6 +259,7 @@ class MotionTableReader {
   std::size_t width_ = 0;            // cells in a row
   std::vector<double> numbers_;      // row by row, without the time
   std::vector<int> row_lines_;
+  std::size_t repeated_ = 0;  // rows dropped
 };
 
 Result<void> check_motion_table(const MotionTable& table, const std::string& name) {
@@ -251,10 +285,7 @@ Result<void> check_motion_table(const MotionTable& table, const std::string& nam
 
 // The title as one line that no reader takes for a key.
 std::string title_line(const std::string& title) {
-  std::string line(title);
-  std::ranges::replace_if(
-      line, [](unsigned char c) { return c < ' '; }, ' ');
-  line = trimmed(line);
+  const std::string line = plain_title(title);
   if (line.empty()) return "";
   return (is_header_key(header_line(line).key) ? "name " : "") + line + "\n";
 }

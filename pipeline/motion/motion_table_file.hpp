@@ -28,10 +28,11 @@ struct MotionTableFile {
 /// `in_degrees`: what `inDegrees` says; without it and without a version, "Angles are in degrees." or
 /// "Angles are in radians."; without that, a .mot file is in degrees (SIMM's convention), any other is not.
 ///
-/// What is there wins over nRows and nColumns, with a warning.
+/// What is there wins over nRows and nColumns, with a warning. Of rows at one time the first is kept, with a
+/// warning.
 ///
-/// Errors, with their line: no `endheader`; columns without a name of their own; no time; a row with fewer or
-/// more cells than names; a cell that is no number; times that do not rise; no rows; tables of vectors
+/// Errors, with their line: no `endheader`; a column named twice; no time; a row with fewer or
+/// more cells than names; a cell that is no number; times that fall; no rows; tables of vectors
 /// or quaternions (DataType); too large.
 Result<MotionTableFile> read_motion_table(const std::filesystem::path& path);
 Result<MotionTableFile> parse_motion_table(std::string_view text, const std::string& file);

@@ -108,11 +108,14 @@ TEST(MotionTableFile, SimmsFilesAreRead) {
 }
 
 TEST(MotionTableFile, TabsBlanksAndLineEndsDoNotMatter) {
-  for (const std::string text : {"t\nversion=1\nendheader\ntime\ta\tb\n0\t1\t2\n1\tnan\t4\n",
-                                 "t\r\nversion=1\r\nendheader\r\ntime\ta\tb\r\n0\t1\t2\r\n1\tnan\t4\r\n",
-                                 "t\nendheader\n\ntime  a b\n 0   1 2\n 1 NaN 4\n\n",
-                                 "t\t\t\nendheader\t\t\ntime\ta\tb\t\n0\t\t1\t2\n1\t-nan(ind)\t4\t\t\n",
-                                 "t\nendheader\ntime\ta\tb\n0\t1\t2\n1\t\t4\n"}) {
+  for (const std::string text :
+       {"t\nversion=1\nendheader\ntime\ta\tb\n0\t1\t2\n1\tnan\t4\n",
+        "t\r\nversion=1\r\nendheader\r\ntime\ta\tb\r\n0\t1\t2\r\n1\tnan\t4\r\n",
+        "t\nendheader\n\ntime  a b\n 0   1 2\n 1 NaN 4\n\n",
+        "t\t\t\nendheader\t\t\ntime\ta\tb\t\n0\t\t1\t2\n1\t-nan(ind)\t4\t\t\n",
+        "t\nendheader\ntime\ta\tb\n0\t1\t2\n1\t\t4\n",
+        "t\nendheader\n\t\t\n \ntime\ta b\n0.\t1\t2.\n1. nan\t\t4\n",  // OpenSim's testDiff.sto
+        "t\nendheader\ntime\ta\t\tb\n0\t1\t2\n1\tnan\t4\n"}) {
     const MotionTable table = table_in(text);
     EXPECT_EQ(table.name, "t") << text;
     EXPECT_EQ(table.columns, (std::vector<std::string>{"a", "b"})) << text;
@@ -133,6 +136,21 @@ TEST(MotionTableFile, WhatIsThereWinsOverTheHeaderAndIsSaid) {
   EXPECT_EQ(read->warnings[1], "The header tells of 9 rows; the 2 that are there were read.");
 }
 
+TEST(MotionTableFile, NamesBetweenTabsMayHoldBlanks) {
+  const MotionTable table = table_in("t\nendheader\ntime\tvastus lateralis\tb\n0\t1\t2\n");
+  EXPECT_EQ(table.columns, (std::vector<std::string>{"vastus lateralis", "b"}));
+}
+
+TEST(MotionTableFile, OfRowsAtOneTimeTheFirstIsKept) {
+  const auto read = parse_motion_table("t\nnRows=4\nendheader\ntime a\n0 1\n1 2\n1 3\n1 4\n", "a.sto");
+  ASSERT_TRUE(read) << read.error().message();
+  EXPECT_EQ(read->table.times, (std::vector<double>{0, 1}));
+  EXPECT_EQ(read->table.values(1, 0), 2);
+  EXPECT_EQ(read->warnings,
+            std::vector<std::string>{"The time of the row before is repeated 2 times; the first row "
+                                     "of each was kept."});
+}
+
 TEST(MotionTableFile, BadFilesAreRefusedWithTheirLine) {
   EXPECT_EQ(table_error("t\nnRows=1\n"),
             "a.mot: has no line 'endheader', expected a header as in OpenSim's .mot and .sto files");
@@ -146,8 +164,8 @@ TEST(MotionTableFile, BadFilesAreRefusedWithTheirLine) {
             "a.mot:4: a is 'one', expected a number with a decimal point, or nan");
   EXPECT_EQ(table_error("t\nendheader\ntime a\nnan 1\n"),
             "a.mot:4: time is 'nan', expected a number with a decimal point");
-  EXPECT_EQ(table_error("t\nendheader\ntime a\n0 1\n0 1\n"),
-            "a.mot:5: has the time 0 s, expected more than the 0 s of the row before");
+  EXPECT_EQ(table_error("t\nendheader\ntime a\n0 1\n-1 1\n"),
+            "a.mot:5: has the time -1 s, expected more than the 0 s of the row before");
   EXPECT_EQ(table_error("t\nendheader\ntime a\n"), "a.mot: holds no row after its column names");
   EXPECT_EQ(table_error("t\nnRows=-1\nendheader\n"), "a.mot:2: says nrows is '-1', expected a count");
   EXPECT_EQ(table_error("t\ninDegrees=maybe\nendheader\n"),
