@@ -51,9 +51,10 @@ struct BvhMotion {
 Result<BvhMotion> read_bvh(const std::filesystem::path& path);
 Result<BvhMotion> parse_bvh(std::string_view text, const std::string& file);
 
-/// Writes to exactly this path, depth first; each number reads back as the same double. End Sites lose their names, which
-/// the format does not keep. Errors: joints that do not come after their parents, or sizes that do not match;
-/// names that are empty, doubled or hold line ends or braces; numbers that are not finite; not writable.
+/// Writes to exactly this path, depth first; each number reads back as the same double. End Sites lose their
+/// names, which the format does not keep. Errors: joints that do not come after their parents, or sizes that
+/// do not match; names that are empty, doubled or hold line ends or braces; numbers that are not finite; not
+/// writable.
 Result<void> write_bvh(const BvhMotion& motion, const std::filesystem::path& path);
 Result<std::string> bvh_text(const BvhMotion& motion, const std::string& name);
 

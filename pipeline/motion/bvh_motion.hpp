@@ -13,7 +13,7 @@ namespace borelli {
 
 /// What position channels mean beside the joint's OFFSET.
 enum class BvhPositions {
-  added,     ///< to the offset: the published definition, of MakeHuman and three.js
+  added,     ///< to the offset: the published definition
   replaced,  ///< they are the place in the parent, and the offset is that of the rest pose: Blender
   by_data    ///< decided for each joint, see replaces_offset
 };
@@ -25,7 +25,7 @@ bool replaces_offset(const BvhMotion& motion, std::size_t joint);
 
 /// The pose X_WJ of every joint in one frame, in the order of `motion.joints`: p in the file's unit. In its
 /// parent P: p_PJ is the offset and the position channels, R_PJ the product of the rotations from left to
-/// right, so that Zrotation Xrotation Yrotation is Rz Rx Ry (Meredith and Maddock 2001, section 3.1.1).
+/// right, so that Zrotation Xrotation Yrotation is Rz Rx Ry (Meredith and Maddock 2001).
 /// Rotations turn the joint's children, not its own place. `frame`: 0 to rows - 1.
 std::vector<Pose> bvh_poses(const BvhMotion& motion, Eigen::Index frame,
                             BvhPositions positions = BvhPositions::by_data);

@@ -18,7 +18,7 @@ namespace {
 constexpr std::size_t most_loads = 1000;
 
 // Which axis the end of a name says: 0 to 2; -1: none.
-int axis_of(std::string_view ending) {
+int axis_at_end_of(std::string_view ending) {
   if (ending.empty()) return -1;
   constexpr std::string_view letters = "xyz", digits = "123";
   const char last = lower_case(ending).back();
@@ -31,7 +31,7 @@ int axis_of(std::string_view ending) {
 // Whether the rest of a name after the identifier is an axis alone.
 bool is_axis_alone(std::string_view ending) {
   if (ending.starts_with('.') || ending.starts_with('_')) ending.remove_prefix(1);
-  return ending.size() == 1 && axis_of(ending) >= 0;
+  return ending.size() == 1 && axis_at_end_of(ending) >= 0;
 }
 
 // The three columns by the axes that their endings say, if these are three different ones.
@@ -40,7 +40,8 @@ std::optional<IdentifiedColumns> by_axis(const MotionTable& table, std::size_t l
   if (found.size() != 3) return std::nullopt;
   IdentifiedColumns out{{-1, -1, -1}, true};
   for (const Eigen::Index i : found) {
-    const int axis = axis_of(std::string_view(table.columns[static_cast<std::size_t>(i)]).substr(length));
+    const int axis =
+        axis_at_end_of(std::string_view(table.columns[static_cast<std::size_t>(i)]).substr(length));
     if (axis < 0 || out.column[axis] >= 0) return std::nullopt;
     out.column[axis] = i;
   }
