@@ -82,8 +82,8 @@ struct GoalTerms {
 }  // namespace
 
 struct MarkerFit::Work {
-  Work(const System& of, std::vector<MarkerTask> marker_tasks, std::vector<CoordinateTask> coordinate_tasks,
-       const MarkerFitSettings& how)
+  Work(const System& of, std::vector<FollowedMarker> marker_tasks,
+       std::vector<FollowedCoordinate> coordinate_tasks, const MarkerFitSettings& how)
       : system(of),
         settings(how),
         tasks(std::move(marker_tasks)),
@@ -94,8 +94,8 @@ struct MarkerFit::Work {
 
   const System& system;
   MarkerFitSettings settings;
-  std::vector<MarkerTask> tasks;
-  std::vector<CoordinateTask> coordinate_names;
+  std::vector<FollowedMarker> tasks;
+  std::vector<FollowedCoordinate> coordinate_names;
   std::vector<PlacedMarker> markers;
   std::vector<DrawnCoordinate> drawn;
   std::vector<Bounds> bounds;
@@ -307,15 +307,15 @@ MarkerFit::MarkerFit(MarkerFit&&) noexcept = default;
 MarkerFit& MarkerFit::operator=(MarkerFit&&) noexcept = default;
 MarkerFit::~MarkerFit() = default;
 
-const std::vector<MarkerTask>& MarkerFit::markers() const { return work_->tasks; }
-const std::vector<CoordinateTask>& MarkerFit::coordinates() const { return work_->coordinate_names; }
+const std::vector<FollowedMarker>& MarkerFit::markers() const { return work_->tasks; }
+const std::vector<FollowedCoordinate>& MarkerFit::coordinates() const { return work_->coordinate_names; }
 
-Result<MarkerFit> MarkerFit::create(const System& system, std::vector<MarkerTask> markers,
-                                    std::vector<CoordinateTask> coordinates,
+Result<MarkerFit> MarkerFit::create(const System& system, std::vector<FollowedMarker> markers,
+                                    std::vector<FollowedCoordinate> coordinates,
                                     const MarkerFitSettings& settings) {
   auto work = std::make_unique<Work>(system, std::move(markers), std::move(coordinates), settings);
   double weights = 0;
-  for (const MarkerTask& task : work->tasks) {
+  for (const FollowedMarker& task : work->tasks) {
     const std::string where = fmt::format("marker '{}'", task.name);
     const auto found = std::find(system.solids.begin(), system.solids.end(), task.at.solid);
     if (found == system.solids.end())
@@ -328,7 +328,7 @@ Result<MarkerFit> MarkerFit::create(const System& system, std::vector<MarkerTask
         {system.solid_bodies[solid], system.parameters.solid_places[solid] * task.at.point, task.weight});
     weights += task.weight;
   }
-  for (const CoordinateTask& task : work->coordinate_names) {
+  for (const FollowedCoordinate& task : work->coordinate_names) {
     const std::string where = fmt::format("coordinate task '{}'", task.coordinate);
     const auto found = std::find_if(system.coordinates.begin(), system.coordinates.end(),
                                     [&](const CoordinateInfo& c) { return c.name == task.coordinate; });

@@ -22,14 +22,14 @@
 namespace borelli {
 
 /// A point of a solid that follows a measured marker.
-struct MarkerTask {
+struct FollowedMarker {
   std::string name;   ///< of the marker, for messages
   SolidPoint at;      ///< where the model has it
   double weight = 1;  ///< relative to the other markers; 0: only its error is computed
 };
 
 /// A free scalar coordinate that is drawn towards a value.
-struct CoordinateTask {
+struct FollowedCoordinate {
   std::string coordinate;
   double weight = 1;  ///< 1/rad^2 or 1/m^2, beside markers whose weighted mean square is taken in m^2
 };
@@ -59,8 +59,8 @@ class MarkerFit {
  public:
   /// Errors: a solid or coordinate that the system does not have, a weight that is negative or not finite, no
   /// marker with a weight and no coordinate task.
-  static Result<MarkerFit> create(const System& system, std::vector<MarkerTask> markers,
-                                  std::vector<CoordinateTask> coordinates,
+  static Result<MarkerFit> create(const System& system, std::vector<FollowedMarker> markers,
+                                  std::vector<FollowedCoordinate> coordinates,
                                   const MarkerFitSettings& settings = {});
 
   MarkerFit(MarkerFit&&) noexcept;
@@ -73,8 +73,8 @@ class MarkerFit {
   Result<MarkerFrame> fit(double t, const Eigen::Matrix3Xd& measured, const Eigen::VectorXd& values,
                           Eigen::VectorXd& q);
 
-  const std::vector<MarkerTask>& markers() const;
-  const std::vector<CoordinateTask>& coordinates() const;
+  const std::vector<FollowedMarker>& markers() const;
+  const std::vector<FollowedCoordinate>& coordinates() const;
 
   /// Names of the free velocity components that no marker and no coordinate task determines at the last
   /// fitted frame: they keep the values that they had.

@@ -12,15 +12,16 @@ namespace {
 constexpr double gap = std::numeric_limits<double>::quiet_NaN();
 
 /// Four markers on every solid.
-std::vector<MarkerTask> markers_on(const System& system, Random& random) {
-  std::vector<MarkerTask> markers;
+std::vector<FollowedMarker> markers_on(const System& system, Random& random) {
+  std::vector<FollowedMarker> markers;
   for (const std::string& solid : system.solids)
     for (int i = 0; i < 4; ++i)
       markers.push_back({fmt::format("{}.{}", solid, i), {solid, random.vector(0.3)}, random.number(0.5, 3)});
   return markers;
 }
 
-Eigen::Matrix3Xd places(const System& system, const State& state, const std::vector<MarkerTask>& markers) {
+Eigen::Matrix3Xd places(const System& system, const State& state,
+                        const std::vector<FollowedMarker>& markers) {
   Eigen::Matrix3Xd out(3, markers.size());
   for (std::size_t m = 0; m < markers.size(); ++m)
     out.col(Eigen::Index(m)) = need(point_motion(system, state, markers[m].at)).position;
@@ -37,7 +38,7 @@ Eigen::VectorXd disturbed(const System& system, const Eigen::VectorXd& q, Random
 
 /// The goal of marker_fit.hpp by its definition.
 double goal(const System& system, State state, const Eigen::VectorXd& q,
-            const std::vector<MarkerTask>& markers, const Eigen::Matrix3Xd& measured) {
+            const std::vector<FollowedMarker>& markers, const Eigen::Matrix3Xd& measured) {
   state.q = q;
   const Eigen::Matrix3Xd x = places(system, state, markers);
   double sum = 0, weights = 0;
@@ -56,7 +57,7 @@ TEST(MarkerFit, FindsThePoseThatMarkersWereMadeFrom) {
     Random random(seed + 10);
     State state = random.state(system);
     state.t = 0.3;
-    const std::vector<MarkerTask> markers = markers_on(system, random);
+    const std::vector<FollowedMarker> markers = markers_on(system, random);
     Eigen::Matrix3Xd measured = places(system, state, markers);
     measured(1, 2) = gap;  // a marker that was not seen
     MarkerFit fit = need(MarkerFit::create(system, markers, {}, {}));
@@ -77,7 +78,7 @@ TEST(MarkerFit, ReachesAMinimumWhenMarkersDisagree) {
     Random random(seed + 10);
     State state = random.state(system);
     state.t = 0.3;
-    const std::vector<MarkerTask> markers = markers_on(system, random);
+    const std::vector<FollowedMarker> markers = markers_on(system, random);
     Eigen::Matrix3Xd measured = places(system, state, markers);
     for (Eigen::Index m = 0; m < measured.cols(); ++m) measured.col(m) += random.vector(0.03);
     MarkerFit fit = need(MarkerFit::create(system, markers, {}, {}));
@@ -119,8 +120,8 @@ TEST(MarkerFit, HoldsTheConstraintsOfALoop) {
   const System system = compiled(four_bar());
   State state = system.initial;
   ASSERT_TRUE(assemble(system, state));
-  const std::vector<MarkerTask> markers{{"c", {"coupler", Vector3d(1, 0.2, 0)}, 1},
-                                        {"r", {"rocker", Vector3d(1, 0, 0)}, 2}};
+  const std::vector<FollowedMarker> markers{{"c", {"coupler", Vector3d(1, 0.2, 0)}, 1},
+                                            {"r", {"rocker", Vector3d(1, 0, 0)}, 2}};
   const Eigen::Matrix3Xd exact = places(system, state, markers);
   MarkerFit fit = need(MarkerFit::create(system, markers, {}, {}));
   Eigen::VectorXd q = system.initial.q;
@@ -165,7 +166,7 @@ TEST(MarkerFit, KeepsCoordinatesWithinTheirRanges) {
   const System system = compiled(scene);
   Eigen::Matrix3Xd measured(3, 1);
   measured << std::cos(0.9), std::sin(0.9), 0;
-  const std::vector<MarkerTask> tip{{"tip", {"arm", Vector3d(1, 0, 0)}, 1}};
+  const std::vector<FollowedMarker> tip{{"tip", {"arm", Vector3d(1, 0, 0)}, 1}};
   Eigen::VectorXd q = system.initial.q;
   MarkerFit bounded = need(MarkerFit::create(system, tip, {}, {}));
   const MarkerFrame frame = need(bounded.fit(0, measured, Eigen::VectorXd(), q));
