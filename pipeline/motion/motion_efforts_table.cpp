@@ -1,0 +1,252 @@
+#include "pipeline/motion/motion_efforts_table.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "error/printable.hpp"
+
+namespace borelli {
+
+using Eigen::Matrix3d;
+using Eigen::Matrix3Xd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+namespace {
+
+/// The coordinate that a column names: the name itself, or the last part but one of a path of OpenSim's states.
+std::string coordinate_of(const std::string& column) {
+  if (!column.ends_with("/value")) return column;
+  const std::string path = column.substr(0, column.size() - 6);
+  const std::size_t slash = path.rfind('/');
+  return slash == std::string::npos ? path : path.substr(slash + 1);
+}
+
+Eigen::Index column_of(const MotionTable& table, const std::string& name) {
+  for (std::size_t i = 0; i < table.columns.size(); ++i)
+    if (coordinate_of(table.columns[i]) == name) return Eigen::Index(i);
+  return -1;
+}
+
+/// A load's solids, found once.
+struct ActingLoad {
+  const ExternalLoad* load = nullptr;
+  int solid = -1, axes = -1,
+      place = -1;  ///< it acts on; whose axes the force has; whose frame the point is in
+};
+
+Result<int> solid_named(const System& system, const std::string& name, const std::string& load) {
+  if (name.empty() || name == "ground" || name == world_name) return -1;
+  const auto found = std::find(system.solids.begin(), system.solids.end(), name);
+  if (found == system.solids.end())
+    return bad_use(fmt::format("external load '{}'", printable(load)),
+                   fmt::format("the model has no body named '{}'", printable(name)));
+  return int(found - system.solids.begin());
+}
+
+Result<std::vector<ActingLoad>> acting_loads(const System& system, const std::vector<ExternalLoad>& loads) {
+  std::vector<ActingLoad> out;
+  for (const ExternalLoad& load : loads) {
+    const auto on = solid_named(system, load.body, load.measured.name);
+    const auto axes = solid_named(system, load.force_body, load.measured.name);
+    const auto place = solid_named(system, load.point_body, load.measured.name);
+    for (const auto* found : {&on, &axes, &place})
+      if (!*found) return tl::unexpected(found->error());
+    if (*on >= 0) out.push_back({&load, *on, *axes, *place});  // what acts on the ground moves nothing
+  }
+  return out;
+}
+
+/// Linear between samples; null outside of them.
+std::optional<SolidWrench> sample(const MeasuredForce& measured, double t) {
+  const std::vector<double>& times = measured.times;
+  if (times.empty() || t < times.front() - 1e-6 || t > times.back() + 1e-6) return std::nullopt;
+  const auto after = std::upper_bound(times.begin(), times.end(), t);
+  const auto high = Eigen::Index(std::min<std::size_t>(std::size_t(after - times.begin()), times.size() - 1));
+  const Eigen::Index low = std::max<Eigen::Index>(high - 1, 0);
+  const double span = times[std::size_t(high)] - times[std::size_t(low)];
+  const double share = span > 0 ? std::clamp((t - times[std::size_t(low)]) / span, 0.0, 1.0) : 0;
+  const auto between = [&](const Matrix3Xd& values) -> Vector3d {
+    return (1 - share) * values.col(low) + share * values.col(high);
+  };
+  SolidWrench wrench{.solid = 0,
+                     .force = between(measured.force),
+                     .point = between(measured.point),
+                     .moment = between(measured.moment)};
+  // at the edge of a stance only one sample has a centre of pressure
+  for (Eigen::Index k : {low, high})
+    if (!wrench.point.allFinite()) wrench.point = measured.point.col(k);
+  if (!wrench.force.allFinite() || !wrench.moment.allFinite() || !wrench.point.allFinite())
+    return std::nullopt;
+  return wrench;
+}
+
+/// Poses of solids at a state, for loads in the frames of bodies.
+class SolidPoses {
+ public:
+  explicit SolidPoses(const System& system) : system_(system), kinematics_(system, Equations::recursive) {}
+  void update(const State& state) {
+    update_kinematics(system_, system_.parameters, state.t, state.q.data(), nullptr, kinematics_);
+  }
+  Pose of(int solid) const {
+    if (solid < 0) return Pose{};
+    const auto s = std::size_t(solid);
+    return kinematics_.bodies[std::size_t(system_.solid_bodies[s])].X * system_.parameters.solid_places[s];
+  }
+
+ private:
+  const System& system_;
+  Kinematics kinematics_;
+};
+
+/// Free coordinates of the bodies that hang on the world.
+std::vector<RootResidual> residuals_of(const System& system, const Rows& efforts) {
+  std::vector<RootResidual> out;
+  for (std::size_t b = 1; b < system.bodies.size(); ++b) {
+    const Body& body = system.bodies[b];
+    if (body.parent != 0) continue;
+    for (int s = body.first_step; s < body.first_step + body.step_count; ++s) {
+      const SwitchStep& step = system.steps[std::size_t(s)];
+      if (step.drive >= 0) continue;
+      for (int u = step.u; u < step.u + step.nv; ++u)
+        out.push_back({system.velocity_name(u), step.rotates,
+                       std::sqrt(efforts.col(u).squaredNorm() / double(efforts.rows())),
+                       efforts.col(u).cwiseAbs().maxCoeff()});
+    }
+  }
+  return out;
+}
+
+void judge_residuals(RecordedEfforts& efforts) {
+  if (efforts.peak_force == 0) return;
+  double worst = 0;
+  for (const RootResidual& r : efforts.residuals)
+    if (!r.angle) worst = std::max(worst, r.peak);
+  const double share = worst / efforts.peak_force;
+  if (share > 0.05)
+    efforts.warnings.push_back(fmt::format(
+        "the largest residual force at the root, {:.0f} N, is {:.0f} % of the largest measured force; "
+        "up to 5 % is advised (Hicks and others, Journal of Biomechanical Engineering 137, 2015)",
+        worst, 100 * share));
+}
+
+MotionTable table_by_coordinate(const System& system, const RecordedEfforts& efforts, const Rows& values,
+                                const std::string& title, bool powers) {
+  MotionTable table{title, {}, efforts.times, values, false};
+  for (const CoordinateInfo& c : system.coordinates)
+    for (int i = 0; i < c.v_size; ++i)
+      table.columns.push_back(system.velocity_name(c.v_index + i) + (powers    ? "_power"
+                                                                     : c.angle ? "_moment"
+                                                                               : "_force"));
+  return table;
+}
+
+}  // namespace
+
+Result<TablePositions> positions_in(const System& system, const MotionTable& table) {
+  TablePositions out;
+  out.positions.times = table.times;
+  out.positions.q.resize(table.values.rows(), system.nq);
+  std::vector<std::string> missing;
+  std::vector<char> used(table.columns.size(), false);
+  for (const CoordinateInfo& c : system.coordinates) {
+    static constexpr const char* parts[] = {".w", ".x", ".y", ".z"};
+    bool found = false;
+    for (int i = 0; i < c.q_size; ++i) {
+      const Eigen::Index column = column_of(table, c.q_size == 1 ? c.name : c.name + parts[i]);
+      found = column >= 0;
+      if (!found) break;
+      used[std::size_t(column)] = true;
+      const bool degrees = table.in_degrees && c.angle && c.q_size == 1;
+      out.positions.q.col(c.q_index + i) = table.values.col(column) * (degrees ? std::numbers::pi / 180 : 1);
+    }
+    if (found) continue;
+    missing.push_back(printable(c.name));
+    for (int i = 0; i < c.q_size; ++i)
+      out.positions.q.col(c.q_index + i).setConstant(system.initial.q[c.q_index + i]);
+  }
+  if (missing.size() == system.coordinates.size())
+    return bad_use("motion", fmt::format("has no column for any coordinate of the model, which has {}",
+                                         name_list(missing)));
+  for (Eigen::Index i = 0; i < out.positions.q.rows(); ++i)
+    if (!out.positions.q.row(i).allFinite())
+      return bad_use("motion", fmt::format("row {} (t = {} s) has a value that is no number", i + 1,
+                                           table.times[std::size_t(i)]));
+  if (!missing.empty())
+    out.warnings.push_back(
+        fmt::format("without a column in the motion, and so kept where they start: {}", name_list(missing)));
+  std::vector<std::string> unused;
+  for (std::size_t i = 0; i < used.size(); ++i)
+    if (!used[i] && !table.columns[i].ends_with("/speed")) unused.push_back(printable(table.columns[i]));
+  if (!unused.empty())
+    out.warnings.push_back(
+        fmt::format("columns of the motion that are no free coordinate of the model: {}", name_list(unused)));
+  return out;
+}
+
+Result<RecordedEfforts> efforts_of(const System& system, const RecordedPositions& positions,
+                                   const std::vector<ExternalLoad>& loads,
+                                   const MotionEffortsRequest& request) {
+  const auto motion = RecordedMotion::of(system, positions, request.cutoff);
+  if (!motion) return tl::unexpected(motion.error());
+  const auto acting = acting_loads(system, loads);
+  if (!acting) return tl::unexpected(acting.error());
+  RecordedEfforts out;
+  for (double t : positions.times)
+    if (t >= request.time_range.first - 1e-6 && t <= request.time_range.second + 1e-6) out.times.push_back(t);
+  if (out.times.empty()) return bad_use("motion", "has no row within the time range");
+  const auto count = Eigen::Index(out.times.size());
+  out.q.resize(count, system.nq);
+  for (Rows* rows : {&out.v, &out.a, &out.efforts}) rows->resize(count, system.nv);
+  MotionEfforts needed(system);
+  SolidPoses poses(system);
+  State state;
+  VectorXd a;
+  std::vector<SolidWrench> wrenches;
+  std::size_t outside = 0;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const double t = out.times[std::size_t(i)];
+    motion->at(t, state, a);
+    poses.update(state);
+    wrenches.clear();
+    for (const ActingLoad& load : *acting) {
+      auto wrench = sample(load.load->measured, t);
+      outside += !load.load->measured.times.empty() && (t < load.load->measured.times.front() - 1e-6 ||
+                                                        t > load.load->measured.times.back() + 1e-6);
+      if (!wrench) continue;
+      const Matrix3d R = poses.of(load.axes).R;
+      wrench->solid = load.solid;
+      wrench->force = R * wrench->force;
+      wrench->moment = R * wrench->moment;
+      wrench->point = poses.of(load.place) * wrench->point;
+      out.peak_force = std::max(out.peak_force, wrench->force.norm());
+      wrenches.push_back(*wrench);
+    }
+    out.q.row(i) = state.q.transpose();
+    out.v.row(i) = state.v.transpose();
+    out.a.row(i) = a.transpose();
+    out.efforts.row(i) = needed.needed(state, a, wrenches).transpose();
+    if (request.progress) request.progress(double(i + 1) / double(count));
+  }
+  out.powers = out.efforts.cwiseProduct(out.v);
+  out.residuals = residuals_of(system, out.efforts);
+  if (outside > 0)
+    out.warnings.push_back(
+        "measured forces do not cover the whole motion: outside of their samples they are zero");
+  judge_residuals(out);
+  return out;
+}
+
+MotionTable effort_table_of(const System& system, const RecordedEfforts& efforts) {
+  return table_by_coordinate(system, efforts, efforts.efforts, "Inverse Dynamics Generalized Forces", false);
+}
+
+MotionTable power_table_of(const System& system, const RecordedEfforts& efforts) {
+  return table_by_coordinate(system, efforts, efforts.powers, "Joint powers", true);
+}
+
+}  // namespace borelli

@@ -1,0 +1,59 @@
+// Inverse kinematics of a whole recording: a model's positions at every frame of its markers.
+#pragma once
+
+#include <functional>
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "dynamics/inverse/marker_fit.hpp"
+#include "dynamics/scene/scene.hpp"
+#include "pipeline/motion/ik_setup.hpp"
+#include "pipeline/motion/marker_motion.hpp"
+#include "pipeline/motion/motion_table.hpp"
+
+namespace borelli {
+
+struct MotionFitRequest {
+  /// The tasks; none: all markers that model and recording share, with weight 1.
+  std::optional<InverseKinematicsSetup> setup;
+  std::optional<MotionTable> coordinate_values;  ///< of tasks `from_file`
+  std::pair<double, double> time_range{-std::numeric_limits<double>::infinity(),
+                                       std::numeric_limits<double>::infinity()};
+  bool within_ranges = true;
+  std::function<void(double)> progress;  ///< called with the share done, 0 to 1; may be empty
+};
+
+struct MotionFit {
+  std::vector<double> times;         ///< s, of the frames with a marker
+  Rows q;                            ///< #times by nq
+  std::vector<std::string> markers;  ///< those that were followed
+  Rows errors;                       ///< #times by #markers, m; NaN where a marker was not seen
+  std::vector<MarkerFrame> frames;   ///< per time
+  std::vector<std::string> warnings;
+
+  double rms() const;  ///< m, root mean square over all frames and seen markers
+};
+
+/// Fits frame after frame, each from the one before. The first starts from the scene's initial positions and,
+/// if it stays far, from other attitudes of what hangs on the world. Measured axes are turned to the scene's
+/// if the recording tells which way is up. Errors: no marker that the model has, no frame within the range,
+/// tasks for coordinates that the model does not have, constraints that cannot hold.
+Result<MotionFit> fit_motion(const Scene& scene, const System& system, const MarkerMotion& recording,
+                             const MotionFitRequest& request);
+
+/// The turn from the recording's axes to the scene's: the smallest that brings its `up` against gravity.
+/// Identity where the recording does not tell.
+Eigen::Matrix3d turn_to_scene(const Scene& scene, const MarkerMotion& recording);
+
+/// The fit as a table with a column for each coordinate (four for a ball, its quaternion's w, x, y, z), angles
+/// in degrees.
+MotionTable table_of(const System& system, const MotionFit& fit);
+
+/// Per frame: sum of squares (m^2), root mean square, largest error (m), then each marker's error (m), with
+/// the first three columns named as OpenSim names them.
+MotionTable error_table_of(const MotionFit& fit);
+
+}  // namespace borelli
