@@ -95,7 +95,7 @@ auto side_kind(const Parameters& parameters, const Each& steps) {
     });
     return out;
   } else {
-    static_assert(std::is_empty_v<Kind> || Kind::nv == 0,
+    static_assert(std::is_empty_v<Kind> || Kind::nv == 0 || Bending<Kind>,  // (those are never side by side)
                   "a switch with numbers needs Over (switch_rotation.hpp)");
     return Kind();
   }

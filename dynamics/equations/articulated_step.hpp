@@ -41,7 +41,11 @@ LinkMotion<T> move(const Kind& kind, const Where& placement, bool loose, const L
     X.p = placement.X.p.template cast<T>();
   }
   Vector3<T> angular[Kind::nv + 1], linear[Kind::nv + 1];
-  kind.advance(q, X, angular, linear);
+  Vector3<T> angular_bend, linear_bend;  // as seen from the frame behind the step
+  if constexpr (Bending<Kind>)
+    kind.advance(q, X, angular, linear, angular_bend, linear_bend);
+  else
+    kind.advance(q, X, angular, linear);
   to.R = X.R;
   to.r = X.p;
   Vector3<T> w = Vector3<T>::Zero(), v = Vector3<T>::Zero();  // relative velocities of the step
@@ -64,6 +68,10 @@ LinkMotion<T> move(const Kind& kind, const Where& placement, bool loose, const L
     to.wdot.setZero();
     to.vdot.setZero();
     if (Kind::slides && Kind::rotates) to.vdot = w.cross(v);
+  }
+  if constexpr (Bending<Kind>) {
+    to.wdot += u[0] * u[0] * angular_bend;
+    to.vdot += u[0] * u[0] * linear_bend;
   }
   if (turns_freely<Kind> && loose) {
     turning = to.wdot;

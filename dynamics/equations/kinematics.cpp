@@ -69,7 +69,11 @@ void advance(const Kind& kind, const SwitchStep& step, const Placement& placemen
   const Vector3<T> before = to.X.p;
   place(placement, to.X);
   Vector3<T> angular[Kind::nv + 1], linear[Kind::nv + 1];
-  kind.advance(k.q.data() + step.q, to.X, angular, linear);
+  Vector3<T> angular_bend, linear_bend;  // as seen from the frame behind the switch
+  if constexpr (Bending<Kind> && moving)
+    kind.advance(k.q.data() + step.q, to.X, angular, linear, angular_bend, linear_bend);
+  else
+    kind.advance(k.q.data() + step.q, to.X, angular, linear);
   for (int i = 0; i < Kind::nv; ++i)
     for (int c = 0; c < 3; ++c) {
       if (Kind::rotates) k.twists(step.u + i, c) = angular[i][c];  // (otherwise zero since construction)
@@ -97,15 +101,18 @@ void advance(const Kind& kind, const SwitchStep& step, const Placement& placemen
       }
       to.v += v;
       to.vdot += convective.cross(v);
+      if constexpr (Bending<Kind>) to.vdot += speed[0] * speed[0] * linear_bend;
     }
   } else {
     for (int i = 0; i < Kind::nv; ++i) k.convective[step.u + i] = convective;
+    if constexpr (Bending<Kind>) k.bends[step.u] = {angular_bend, linear_bend};
   }
   if (!Kind::rotates) return;
   to.wdot += to.w.cross(w);
   to.w += w;
   if (rates)
     for (int i = 0; i < Kind::nv; ++i) to.wdot += acceleration[i] * angular[i];
+  if constexpr (Bending<Kind>) to.wdot += speed[0] * speed[0] * angular_bend;
 }
 
 /// First derivatives of the gravity centre over the support, its velocity and acceleration.
@@ -129,6 +136,8 @@ void differentiate(const System& system, const Body& body, const Inertia& inerti
     const Vector3<T> Vu = k.u[u] * V;
     m.v += Vu;
     m.vdot += k.convective[u].cross(Vu) + k.acceleration[u] * V;
+    if (!k.bends.empty()) [[unlikely]]
+      m.vdot += k.u[u] * k.u[u] * k.bends[u].at(m.g - k.origin(u));
   }
 }
 
@@ -153,6 +162,8 @@ KinematicsOf<T>::KinematicsOf(const System& system, Equations which)
       convective(system.size()),
       bodies(system.bodies.size()) {
   if (equations == Equations::recursive) return;
+  for (const SwitchKind& kind : system.parameters.kinds)
+    if (std::visit([]<class Kind>(const Kind&) { return Bending<Kind>; }, kind)) bends.resize(system.size());
   int size = 0;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     bodies[b].derivatives = size;
@@ -274,6 +285,11 @@ SecondDerivative second_derivative(const System& system, const Kinematics& kinem
     return -1;
   };
   const int first = step_of(a), second = step_of(b);
+  if (a == b && !kinematics.bends.empty()) {
+    const TwistBend<double>& bend = kinematics.bends[a];
+    return {kinematics.angular(a).cross(V(i)) + bend.at(kinematics.bodies[k].g - kinematics.origin(a)),
+            bend.angular};
+  }
   if (second <= first)
     return {kinematics.angular(b).cross(V(i)), kinematics.angular(b).cross(kinematics.angular(a))};
   return {kinematics.angular(a).cross(V(j)), Vector3d::Zero()};

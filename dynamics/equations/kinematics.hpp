@@ -122,6 +122,16 @@ struct BodyMotionOf {
 };
 using BodyMotion = BodyMotionOf<double>;
 
+/// The derivative of a coordinate's unit twist by the coordinate, as seen from the frame behind its switch, in
+/// W (see Bending).
+template <class T>
+struct TwistBend {
+  Eigen::Vector3<T> angular = Eigen::Vector3<T>::Zero(), linear = Eigen::Vector3<T>::Zero();
+
+  /// That of the velocity of a point at `arm` from where the twist acts.
+  Eigen::Vector3<T> at(const Eigen::Vector3<T>& arm) const { return linear + angular.cross(arm); }
+};
+
 /// Scratch and result of update_kinematics; one per thread. Sized once for a System.
 template <class T>
 struct KinematicsOf {
@@ -148,6 +158,9 @@ struct KinematicsOf {
   /// derivatives d2Phi/dq_i dq_j = Omega_min(i,j) x V_max(i,j), contracted with the velocities, are then the
   /// sum over i of convective[i] x V_i u_i.
   std::vector<Eigen::Vector3<T>> convective;
+  /// Per coordinate, what its varying unit twist adds to that: bends[i] u_i^2. Empty if no switch bends, and
+  /// for the recursive equations.
+  std::vector<TwistBend<T>> bends;
 
   std::vector<BodyMotionOf<T>> bodies;
   std::vector<Eigen::Vector3<T>> spins;  ///< see find_spins(); empty after every update

@@ -7,6 +7,7 @@
 #include <new>
 
 #include "dynamics/formats/mjcf.hpp"
+#include "dynamics/formats/osim.hpp"
 #include "dynamics/formats/placeholder_inertia.hpp"
 #include "dynamics/formats/scene_file.hpp"
 #include "dynamics/formats/urdf.hpp"
@@ -26,10 +27,16 @@ bool is_xml(const std::filesystem::path& path) {
 }
 
 // Refuses options that only URDF has.
-Result<void> check_no_urdf_options(const std::filesystem::path& path, const ModelOptions& options) {
+Result<void> check_not_floating(const std::filesystem::path& path, const ModelOptions& options) {
   if (options.floating) return bad_use(path.string(), "is not URDF: only a URDF's root can be left floating");
+  return {};
+}
+
+// Refuses options that only URDF and OpenSim's models have.
+Result<void> check_no_urdf_options(const std::filesystem::path& path, const ModelOptions& options) {
+  if (auto fine = check_not_floating(path, options); !fine) return fine;
   if (options.minimum_mass > 0)
-    return bad_use(path.string(), "is not URDF: only a URDF's links can have a minimum mass");
+    return bad_use(path.string(), "is not URDF: only the bodies of URDF and OpenSim can have a minimum mass");
   return {};
 }
 
@@ -43,7 +50,8 @@ Result<ModelFile> with_locks(ModelFile model, const std::filesystem::path& path,
 }  // namespace
 
 Result<ModelFile> read_model(const std::filesystem::path& path, const ModelOptions& options) {
-  const bool named_xml = path.extension() == ".xml" || path.extension() == ".urdf";
+  const bool named_xml =
+      path.extension() == ".xml" || path.extension() == ".urdf" || path.extension() == ".osim";
   if (std::error_code problem;
       !std::filesystem::is_regular_file(path, problem) || !(named_xml || is_xml(path))) {
     if (auto fine = check_no_urdf_options(path, options); !fine) return tl::unexpected(fine.error());
@@ -54,6 +62,10 @@ Result<ModelFile> read_model(const std::filesystem::path& path, const ModelOptio
   try {
     XmlElement root = read_xml(path);
     if (root.name == "robot") return read_urdf(root, options);
+    if (root.name == "OpenSimDocument") {
+      if (auto fine = check_not_floating(path, options); !fine) return tl::unexpected(fine.error());
+      return with_locks(read_osim(root, options.minimum_mass), path, options);
+    }
     if (auto fine = check_no_urdf_options(path, options); !fine) return tl::unexpected(fine.error());
     if (root.name == "mujoco") {
       auto model = read_mjcf(std::move(root));
@@ -61,8 +73,9 @@ Result<ModelFile> read_model(const std::filesystem::path& path, const ModelOptio
         return bad_use(path.string(), "holds no body, so there is nothing that could move");
       return with_locks(std::move(model), path, options);
     }
-    return bad_use(root.where(),
-                   fmt::format("the root is <{}>, expected <mujoco> (MJCF) or <robot> (URDF)", root.name));
+    return bad_use(root.where(), fmt::format("the root is <{}>, expected <mujoco> (MJCF), <robot> (URDF) or "
+                                             "<OpenSimDocument> (OpenSim)",
+                                             root.name));
   } catch (const XmlRefusal& refusal) {
     return tl::unexpected(refusal.error);
   } catch (const std::bad_alloc&) {

@@ -1,4 +1,5 @@
-// Reads scenes from files of any supported kind: this program's TOML, MJCF (MuJoCo) and URDF (ROS).
+// Reads scenes from files of any supported kind: this program's TOML, MJCF (MuJoCo), URDF (ROS) and
+// OpenSim's models.
 #pragma once
 
 #include <filesystem>
@@ -14,7 +15,7 @@ namespace borelli {
 
 struct ModelOptions {
   bool floating = false;  ///< URDF: the root link moves freely instead of being fixed to the world
-  /// URDF: moving bodies lighter than this (kg) become balls of water of this mass
+  /// URDF and OpenSim: moving bodies lighter than this (kg) become balls of water of this mass
   double minimum_mass = 0;
   std::vector<std::string> locked = {};  ///< free coordinates, or joints, that stay at their initial values
 };
@@ -30,8 +31,9 @@ struct ModelFile {
 };
 
 /// Reads a scene. The content gives the kind of file: XML with the root <mujoco> is MJCF (mjcf.hpp), with
-/// <robot> URDF (urdf.hpp); a file that is not XML is a scene in TOML (scene_file.hpp). The coordinates, in
-/// the order of the solids, have the order and convention of the file. Errors name file and line.
+/// <robot> URDF (urdf.hpp), with <OpenSimDocument> a model of OpenSim (osim.hpp); a file that is not XML is a
+/// scene in TOML (scene_file.hpp). The coordinates, in the order of the solids, have the order and convention
+/// of the file. Errors name file and line.
 Result<ModelFile> read_model(const std::filesystem::path& path, const ModelOptions& options = {});
 
 }  // namespace borelli

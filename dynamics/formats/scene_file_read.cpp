@@ -282,6 +282,7 @@ class SceneReader {
     for (const toml::node* node : root_.tables("solid")) read_one_solid(*node);
     scene_.efforts = read_actions<Effort>("effort");
     scene_.constraints = read_actions<Constraint>("constraint");
+    read_markers();
     root_.finish();
     check_names();
     return std::move(scene_);
@@ -325,6 +326,24 @@ class SceneReader {
       out.push_back(std::move(action));
     }
     return out;
+  }
+
+  void read_markers() {
+    GivenNames names("marker");
+    for (const toml::node* node : root_.tables("marker")) {
+      TomlTable table = root_.table(*node, fmt::format("marker {}", scene_.markers.size() + 1));
+      Marker marker;
+      const toml::node &name = table.require("name"), &solid = table.require("solid");
+      marker.name = table.name(name, "name");
+      marker.line = table.line();
+      names.add(root_, marker.name, name);
+      table.rename(fmt::format("marker '{}'", marker.name));
+      marker.at.solid = table.name(solid, "solid");
+      mentions_.solids.push_back({marker.at.solid, &solid});
+      table.read("point", marker.at.point);
+      table.finish();
+      scene_.markers.push_back(std::move(marker));
+    }
   }
 
   void check_names() const {
@@ -381,7 +400,7 @@ Result<Scene> read_scene(const std::filesystem::path& path) {
   if (!bytes) return tl::unexpected(bytes.error());
   const std::string& text = *bytes;
   if (const auto other = what_else(text); !other.empty())
-    return bad_use(path.string(), fmt::format("is not a scene but {}: expected TOML, MJCF or URDF", other));
+    return bad_use(path.string(), fmt::format("is not a scene but {}: expected TOML, MJCF, URDF or OpenSim", other));
   auto scene = parse_scene(text, path.string());
   if (scene && scene->solids.empty())
     return bad_use(path.string(), "holds no solid, so nothing can move: a scene has one [[solid]] at least");

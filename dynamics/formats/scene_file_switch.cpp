@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <array>
+#include <iterator>
 
 #include "dynamics/formats/scene_fields.hpp"
 #include "dynamics/system/switch_check.hpp"
@@ -24,6 +25,21 @@ struct SwitchReader {
   }
 };
 
+// A guided switch: [{rotation = "z", by = FUNCTION}, {translation = "x", by = FUNCTION}, ...].
+void read_guided(TomlTable& table, const toml::node& node, Guided& guided) {
+  for (const toml::node& one : table.list(node, Guided::kind)) {
+    TomlTable inner = table.table(one, fmt::format("{}, a part of {}", table.what(), Guided::kind));
+    GuidedPart part;
+    const std::string_view kind = inner.one_of({std::begin(guided_part_names), std::end(guided_part_names)});
+    part.kind = kind == guided_part_names[0] ? GuidedPart::Kind::rotation : GuidedPart::Kind::translation;
+    part.axis = unit_direction(inner, inner.require(kind), kind);
+    part.by = read_time_function(inner, inner.require("by"), "by");
+    inner.finish();
+    guided.parts.push_back(std::move(part));
+  }
+  if (guided.parts.empty()) table.refuse(node, "guided is empty, expected at least one part");
+}
+
 // Reads the value under the key of the kind: an axis, `true`, or for a fixed switch its position (its
 // rotation has keys of its own).
 template <class T>
@@ -31,6 +47,8 @@ void read_switch_kind(TomlTable& table, const toml::node& node, T& kind) {
   if constexpr (std::is_same_v<T, Fixed>) {
     kind.X_AB.p = table.vector3(node, T::kind);
     kind.X_AB.R = read_turn(table).as_matrix();
+  } else if constexpr (std::is_same_v<T, Guided>) {
+    read_guided(table, node, kind);
   } else if constexpr (requires { kind.axis; }) {
     T::fields(kind, SwitchReader{table, node, T::kind});
   } else {

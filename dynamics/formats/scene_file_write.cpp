@@ -211,6 +211,15 @@ struct SwitchWriter {
   }
 };
 
+std::string parts_of(const Guided& guided) {
+  std::vector<std::string> texts;
+  for (const GuidedPart& part : guided.parts)
+    texts.push_back(
+        in_line({{std::string(guided_part_names[static_cast<int>(part.kind)]), axis_of(part.axis)},
+                 {"by", FieldWriter::time_function(part.by)}}));
+  return fmt::format("[{}]", fmt::join(texts, ", "));
+}
+
 std::string switch_of(const Switch& s) {
   Entries out;
   std::visit(
@@ -218,6 +227,8 @@ std::string switch_of(const Switch& s) {
         if constexpr (std::is_same_v<T, Fixed>) {
           out.emplace_back(T::kind, text_of(kind.X_AB.p));
           add_turn(out, kind.X_AB.R);
+        } else if constexpr (std::is_same_v<T, Guided>) {
+          out.emplace_back(T::kind, parts_of(kind));
         } else if constexpr (requires { kind.axis; }) {
           T::fields(kind, SwitchWriter{out, T::kind});
         } else {
@@ -387,6 +398,10 @@ Result<std::string> write_scene(const Scene& scene) {
   add_all("effort", scene.efforts);
   add_all("constraint", scene.constraints);
   if (!fine) return tl::unexpected(fine.error());
+  for (const Marker& marker : scene.markers)
+    out += lines_of("[[marker]]", {{"name", text_of(marker.name)},
+                                   {"solid", text_of(marker.at.solid)},
+                                   {"point", text_of(marker.at.point)}});
   return out;
 }
 

@@ -27,19 +27,10 @@ struct TreeBuilder {
   static void start(void* self, const XML_Char* name, const XML_Char** attributes) {
     static_cast<TreeBuilder*>(self)->begin(name, attributes);
   }
-  static void end(void* self, const XML_Char*) {
+  static void end(void* self, const XML_Char*) { static_cast<TreeBuilder*>(self)->finish(); }
+  static void text(void* self, const XML_Char* from, int count) {
     auto& open = static_cast<TreeBuilder*>(self)->open;
-    std::string& content = open.back()->content;
-    while (!content.empty() && is_space(content.back())) content.pop_back();
-    open.pop_back();
-  }
-  // Expat hands over the text of an element in pieces.
-  static void add_text(void* self, const XML_Char* text, int length) {
-    std::string_view piece(text, static_cast<std::size_t>(length));
-    std::string& content = static_cast<TreeBuilder*>(self)->open.back()->content;
-    if (content.empty())
-      while (!piece.empty() && is_space(piece.front())) piece.remove_prefix(1);
-    content += piece;
+    if (open.back()->children.empty()) open.back()->content.append(from, std::size_t(count));
   }
 
   void begin(const char* name, const char** attributes) {
@@ -47,6 +38,7 @@ struct TreeBuilder {
       too_deep = true;
       XML_StopParser(parser, XML_FALSE);
     }
+    if (!open.empty()) open.back()->content = {};
     XmlElement* element = open.empty() ? &root : &open.back()->children.emplace_back();
     element->name = name;
     element->file = file;
@@ -56,7 +48,39 @@ struct TreeBuilder {
           {.name = attributes[0], .value = attributes[1], .where = element->where()});
     open.push_back(element);
   }
+
+  void finish() {
+    std::string& content = open.back()->content;
+    const auto blank = [](char c) { return is_space(c); };
+    content.erase(std::find_if_not(content.rbegin(), content.rend(), blank).base(), content.end());
+    content.erase(content.begin(), std::find_if_not(content.begin(), content.end(), blank));
+    open.pop_back();
+  }
 };
+
+// Finite numbers separated by white space; `refuse` gets a sentence that follows the text's name.
+template <class Refuse>
+std::vector<double> numbers_in(const std::string& text, std::size_t least, std::size_t most,
+                               const Refuse& refuse) {
+  std::vector<double> out;
+  const char *at = text.data(), *end = at + text.size();
+  for (;;) {
+    while (at != end && is_space(*at)) ++at;
+    if (at == end) break;
+    const char* word_end = std::find_if(at, end, is_space);
+    const char* begin = *at == '+' ? at + 1 : at;  // (from_chars rejects a plus sign)
+    double x = 0;
+    const auto [stop, problem] = std::from_chars(begin, word_end, x);
+    if (problem != std::errc{} || stop != word_end || !std::isfinite(x))
+      refuse(fmt::format("holds '{}', expected finite numbers", std::string(at, word_end)));
+    out.push_back(x);
+    at = word_end;
+  }
+  if (out.size() < least || out.size() > most)
+    refuse(fmt::format("holds {} numbers, expected {}{}", out.size(),
+                       least == most ? "" : fmt::format("{} to ", least), most));
+  return out;
+}
 
 }  // namespace
 
@@ -81,25 +105,14 @@ std::string XmlElement::text(std::string_view key, std::string_view standard) co
 
 std::vector<double> XmlElement::numbers(std::string_view key, std::size_t least, std::size_t most) const {
   const std::string* value = find(key);
-  std::vector<double> out;
-  if (!value) return out;
-  const char *at = value->data(), *end = at + value->size();
-  for (;;) {
-    while (at != end && is_space(*at)) ++at;
-    if (at == end) break;
-    const char* word_end = std::find_if(at, end, is_space);
-    const char* begin = *at == '+' ? at + 1 : at;  // (from_chars rejects a plus sign)
-    double x = 0;
-    const auto [stop, problem] = std::from_chars(begin, word_end, x);
-    if (problem != std::errc{} || stop != word_end || !std::isfinite(x))
-      refuse(key, fmt::format("{} holds '{}', expected finite numbers", key, std::string(at, word_end)));
-    out.push_back(x);
-    at = word_end;
-  }
-  if (out.size() < least || out.size() > most)
-    refuse(key, fmt::format("{} holds {} numbers, expected {}{}", key, out.size(),
-                            least == most ? "" : fmt::format("{} to ", least), most));
-  return out;
+  if (!value) return {};
+  return numbers_in(*value, least, most,
+                    [&](const std::string& problem) { refuse(key, fmt::format("{} {}", key, problem)); });
+}
+
+std::vector<double> XmlElement::content_numbers(std::size_t least, std::size_t most) const {
+  read = true;
+  return numbers_in(content, least, most, [&](const std::string& problem) { refuse(problem); });
 }
 
 double XmlElement::number(std::string_view key, double standard) const {
@@ -175,7 +188,7 @@ XmlElement read_xml(const std::filesystem::path& path) {
   TreeBuilder builder{.file = path.string(), .parser = parser.get(), .root = {}};
   XML_SetUserData(parser.get(), &builder);
   XML_SetElementHandler(parser.get(), &TreeBuilder::start, &TreeBuilder::end);
-  XML_SetCharacterDataHandler(parser.get(), &TreeBuilder::add_text);
+  XML_SetCharacterDataHandler(parser.get(), &TreeBuilder::text);
   if (XML_Parse(parser.get(), text.data(), static_cast<int>(text.size()), XML_TRUE) == XML_STATUS_ERROR) {
     const std::string where = fmt::format("{}:{}", path.string(), XML_GetCurrentLineNumber(parser.get()));
     const std::string what = builder.too_deep ? fmt::format("elements are nested deeper than {}", deepest_xml)

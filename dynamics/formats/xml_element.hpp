@@ -29,7 +29,7 @@ struct XmlAttribute {
 /// per level.
 inline constexpr int deepest_xml = 2500;
 
-/// An element with its attributes, child elements and text.
+/// An element with its attributes and child elements, or its text. Text between elements is dropped.
 struct XmlElement {
   std::string name;
   std::string file;
@@ -37,7 +37,7 @@ struct XmlElement {
   int part = 0;  ///< index of the model file it is from (MJCF's <attach>)
   std::vector<XmlAttribute> attributes;
   std::vector<XmlElement> children;
-  std::string content;        ///< its own text, without the white space around it
+  std::string content;        ///< of an element without children: its text, without white space at both ends
   mutable bool read = false;  ///< some reader used the element
 
   /// The text of an attribute, or null if it is missing. Marks it as read, as do all accessors below.
@@ -50,6 +50,8 @@ struct XmlElement {
   /// missing.
   std::vector<double> numbers(std::string_view key, std::size_t least, std::size_t most) const;
   double number(std::string_view key, double standard) const;
+  /// The same of the element's text; refuses an empty one unless `least` is 0.
+  std::vector<double> content_numbers(std::size_t least, std::size_t most) const;
   /// A number that is zero or more.
   double not_negative(std::string_view key, double standard) const;
   Eigen::Vector3d vector(std::string_view key, const Eigen::Vector3d& standard) const;

@@ -44,15 +44,34 @@ std::vector<double> solve_cyclic(const std::vector<double>& below, std::vector<d
   return x;
 }
 
+/// The third derivative of the cubic through (x, y) from index `first` to first + 3.
+double third_derivative(const std::vector<double>& x, const std::vector<double>& y, std::size_t first) {
+  double part[4];  // divided differences, of rising order from left to right
+  for (std::size_t i = 0; i < 4; ++i) part[i] = y[first + i];
+  for (std::size_t order = 1; order < 4; ++order)
+    for (std::size_t i = 3; i >= order; --i)
+      part[i] = (part[i] - part[i - 1]) / (x[first + i] - x[first + i - order]);
+  return 6 * part[3];
+}
+
 /// Second derivatives at the knots, from the continuity of the slope between neighbouring pieces.
 std::vector<double> bends(const std::vector<double>& x, const std::vector<double>& y, SplineEnds ends) {
   const std::size_t pieces = x.size() - 1;
   const auto width = [&](std::size_t i) { return x[i + 1] - x[i]; };
   const auto slope = [&](std::size_t i) { return (y[i + 1] - y[i]) / width(i); };
   const bool periodic = ends == SplineEnds::periodic, clamped = ends == SplineEnds::clamped;
+  const bool forsythe = ends == SplineEnds::forsythe && pieces > 1;
   const std::size_t n = periodic ? pieces : pieces + 1;
   std::vector<double> below(n, 0), diagonal(n, 1), above(n, 0), right(n, 0);
   for (std::size_t i = 0; i < n; ++i) {
+    if (forsythe && (i == 0 || i == pieces)) {  // the end piece's third derivative is given
+      const std::size_t piece = i == 0 ? 0 : pieces - 1;
+      const double third = pieces > 2 ? third_derivative(x, y, i == 0 ? 0 : pieces - 3) : 0;
+      (i == 0 ? above : below)[i] = i == 0 ? 1 : -1;
+      diagonal[i] = i == 0 ? -1 : 1;
+      right[i] = third * width(piece);
+      continue;
+    }
     if (!periodic && !clamped && (i == 0 || i == pieces)) continue;  // zero second derivative
     const bool has_left = i > 0 || periodic, has_right = i < pieces;
     const std::size_t left = i > 0 ? i - 1 : pieces - 1;

@@ -13,13 +13,17 @@ namespace borelli {
 
 /// Boundary conditions at the first and the last value, and the extrapolation beyond them.
 enum class SplineEnds {
-  natural,  ///< zero second derivative; extrapolates linearly, twice continuously differentiable
-  clamped,  ///< zero first derivative; extrapolates by the end value (the second derivative jumps there)
-  periodic  ///< first and second derivatives agree at both ends; repeats beyond them
+  natural,   ///< zero second derivative; extrapolates linearly, twice continuously differentiable
+  clamped,   ///< zero first derivative; extrapolates by the end value (the second derivative jumps there)
+  periodic,  ///< first and second derivatives agree at both ends; repeats beyond them
+  /// Third derivative of the cubic through the four end values (three values: a parabola; two: a line);
+  /// extrapolates linearly (the second derivative jumps there). From Forsythe, Malcolm, Moler, Computer
+  /// Methods for Mathematical Computations, 1977, section 4.4, "spline"; OpenSim's SimmSpline.
+  forsythe
 };
 
 /// Names in files, in the order of SplineEnds.
-inline constexpr std::string_view spline_ends_names[] = {"natural", "clamped", "periodic"};
+inline constexpr std::string_view spline_ends_names[] = {"natural", "clamped", "periodic", "forsythe"};
 
 /// Value, first and second derivative of a spline at one x.
 template <class T>

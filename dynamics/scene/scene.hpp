@@ -8,6 +8,7 @@
 
 #include "dynamics/scene/constraint.hpp"
 #include "dynamics/scene/effort.hpp"
+#include "dynamics/scene/marker.hpp"
 #include "dynamics/scene/settings.hpp"
 #include "dynamics/scene/shape.hpp"
 #include "dynamics/scene/site.hpp"
@@ -54,6 +55,7 @@ struct Scene {
   std::vector<Solid> solids;
   std::vector<Effort> efforts;
   std::vector<Constraint> constraints;
+  std::vector<Marker> markers;  ///< points that measurements refer to
   SimulationSettings simulation;
   std::string file;  ///< source file, for errors; empty: none
 

@@ -4,7 +4,8 @@
 // To add a kind, write a file like switch_rotation.hpp and list its name below. The kind gives its name in
 // files (`kind`), the numbers of its positions and velocities (`nq`, `nv`), its fields, and `advance`, which
 // moves a frame and gives the unit twists. `rotates` and `slides` say whether its unit twists have an angular
-// and a linear part. (A kind whose three unit twists are rotations about its own axes may declare
+// and a linear part. A kind whose unit twist changes with q in both its frames also gives that change (Bending,
+// switch_guided.hpp). (A kind whose three unit twists are rotations about its own axes may declare
 // `turns_freely`: its accelerations are then cheaper.)
 #pragma once
 
@@ -16,13 +17,14 @@
 #include "dynamics/numbers/time_function.hpp"
 #include "dynamics/scene/switch_ball.hpp"
 #include "dynamics/scene/switch_fixed.hpp"
+#include "dynamics/scene/switch_guided.hpp"
 #include "dynamics/scene/switch_rotation.hpp"
 #include "dynamics/scene/switch_screw.hpp"
 #include "dynamics/scene/switch_translation.hpp"
 
 namespace borelli {
 
-using SwitchKind = std::variant<Fixed, Translation, Rotation, Screw, Ball>;
+using SwitchKind = std::variant<Fixed, Translation, Rotation, Screw, Ball, Guided>;
 
 /// The coordinate is an unknown of the equations of motion.
 struct Free {};

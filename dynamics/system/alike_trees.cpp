@@ -67,7 +67,9 @@ Forms::Forms(const System& system) : of_(system.bodies.size(), -1), children_(sy
     for (int s = body.first_step; s < body.first_step + body.step_count; ++s) {
       key.push_back(int(system.parameters.kinds[s].index()));
       key.push_back(system.parameters.armatures[s] == 0);
-      if (system.steps[s].drive >= 0) form.apart = true;
+      const bool bends =
+          std::visit([]<class Kind>(const Kind&) { return Bending<Kind>; }, system.parameters.kinds[s]);
+      if (system.steps[s].drive >= 0 || bends) form.apart = true;
     }
     key.push_back(form.apart);
     for (int child : children_[b]) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <set>
 
 #include "dynamics/system/action_sites.hpp"
 #include "dynamics/system/coordinate_layout.hpp"
@@ -46,6 +47,7 @@ class Compiler {
     ActionSites actions(scene_, solid_index_, coordinates_, system_);
     if (auto done = actions.add_efforts(); !done) return tl::unexpected(done.error());
     if (auto done = actions.add_constraints(); !done) return tl::unexpected(done.error());
+    if (auto done = check_markers(); !done) return tl::unexpected(done.error());
     measure_length(actions.farthest());
     system_.alike_trees = find_alike_trees(system_);
     return std::move(system_);
@@ -191,6 +193,19 @@ class Compiler {
   }
 
   // ---- the rest ----
+
+  Result<void> check_markers() const {
+    std::set<std::string_view> names;
+    for (const Marker& marker : scene_.markers) {
+      const std::string where = fmt::format("{}marker '{}'", scene_.place(marker.line), marker.name);
+      if (!names.insert(marker.name).second)
+        return bad_use(where, "there is another of this name; names must differ");
+      if (marker.at.solid != world_name && !solid_index_.contains(marker.at.solid))
+        return bad_use(where, fmt::format("no solid is named '{}'", marker.at.solid));
+      if (!marker.at.point.allFinite()) return bad_use(where, "its point is not finite");
+    }
+    return {};
+  }
 
   /// The size of the scene: the largest distance in its data.
   void measure_length(double farthest) {

@@ -24,17 +24,25 @@ struct NotFinite {
   void operator()(std::string_view, const T&) {}
 };
 
-/// Normalises the axis and checks the numbers.
+Result<void> make_unit(Eigen::Vector3d& axis, const std::string& where) {
+  const double length = axis.norm();
+  if (!std::isfinite(length) || length < 1e-12)
+    return bad_use(where, fmt::format("its axis ({}, {}, {}) has no direction", axis[0], axis[1], axis[2]));
+  axis /= length;
+  return {};
+}
+
+/// Normalises the axes and checks the numbers.
 Result<void> normalise(SwitchKind& kind, const std::string& where) {
   return std::visit(
       [&](auto& k) -> Result<void> {
-        if constexpr (requires { k.axis; }) {
-          const double length = k.axis.norm();
-          if (!std::isfinite(length) || length < 1e-12)
-            return bad_use(where, fmt::format("its axis ({}, {}, {}) has no direction", k.axis[0], k.axis[1],
-                                              k.axis[2]));
-          k.axis /= length;
-        }
+        if constexpr (requires { k.axis; })
+          if (auto done = make_unit(k.axis, where); !done) return done;
+        if constexpr (requires { k.parts; })
+          for (auto& part : k.parts)
+            if (auto done = make_unit(part.axis, where); !done) return done;
+        if constexpr (requires { k.complaint(); })
+          if (const std::string bad = k.complaint(); !bad.empty()) return bad_use(where, bad);
         NotFinite numbers;
         k.fields(k, numbers);
         if (!numbers.found.empty())

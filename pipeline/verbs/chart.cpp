@@ -196,7 +196,7 @@ void add_chart(CLI::App& program, Command& command) {
   auto* verb = program.add_subcommand(
       "chart", "Run a scene by every method; draw error against cost (work-precision)");
   auto o = std::make_shared<ChartOptions>();
-  verb->add_option("scene", o->scene, "The scene: TOML, MJCF or URDF")->required();
+  verb->add_option("scene", o->scene, "The scene: TOML, MJCF, URDF or OpenSim")->required();
   add_model_options(*verb, o->model);
   verb->add_option("-o,--out", o->folder, "Folder for page, drawings and table")->capture_default_str();
   verb->add_option("--methods", o->settings.methods,

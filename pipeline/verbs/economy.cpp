@@ -168,7 +168,7 @@ void add_economy(CLI::App& program, Command& command) {
       "economy",
       "Find the smallest model of a scene, or the coarsest voxels and grid of a scan, within a tolerance");
   auto o = std::make_shared<EconomyOptions>();
-  verb->add_option("input", o->input, "A scene (TOML, MJCF, URDF), or a CT or density volume")->required();
+  verb->add_option("input", o->input, "A scene (TOML, MJCF, URDF, OpenSim), or a CT or density volume")->required();
   add_model_options(*verb, o->model);
   verb->add_option("-o,--out", o->folder, "Folder for the scene, page, drawings and table")
       ->capture_default_str();

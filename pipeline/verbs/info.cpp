@@ -59,7 +59,7 @@ void add_info(CLI::App& program, Command& command) {
         return bad_use("--quantity", "is of volumes, and " + *path + " is none");
       if (volume_asked && options->floating)
         return bad_use("--floating", "is of URDF models, and " + *path + " is none");
-      if (is(".toml") || is(".xml") || is(".urdf") || is(".mjcf"))
+      if (is(".toml") || is(".xml") || is(".urdf") || is(".mjcf") || is(".osim"))
         return said(scene_info(chosen, *path, *options), scene_info_text, chosen);
       if (volume_asked) return volume(*path, *quantity, chosen);
       return bad_use(

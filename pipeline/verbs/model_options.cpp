@@ -10,7 +10,7 @@ void add_model_options(CLI::App& verb, ModelOptions& options) {
                   "Keep a free coordinate or joint where it starts; may be repeated")
       ->allow_extra_args(false);
   verb.add_option("--minimum-mass", options.minimum_mass,
-                  "URDF: replace moving bodies lighter than this by balls of water of this mass, kg")
+                  "URDF and OpenSim: replace moving bodies lighter than this by balls of water of this mass, kg")
       ->check(number_not_negative());
 }
 

@@ -212,7 +212,7 @@ void add_simulate(CLI::App& program, Command& command) {
   auto* verb =
       program.add_subcommand("simulate", "Integrate a scene; print its certificate, write its trajectory");
   auto o = std::make_shared<SimulateOptions>();
-  verb->add_option("scene", o->scene, "The scene: TOML, MJCF or URDF")->required();
+  verb->add_option("scene", o->scene, "The scene: TOML, MJCF, URDF or OpenSim")->required();
   add_model_options(*verb, o->model);
   verb->add_option("-o,--out", o->output,
                    "Trajectory to write: .h5 (all of it), .csv, .glb (moving solids) or .html (a page)");

@@ -356,7 +356,7 @@ void add_stability(CLI::App& program, Command& command) {
   auto* verb = program.add_subcommand(
       "stability", "Map where methods fail on a scene, over steps and a number of the scene");
   auto o = std::make_shared<StabilityOptions>();
-  verb->add_option("scenes", o->scenes, "Scene: TOML, MJCF or URDF; of several, each is a column of the map")
+  verb->add_option("scenes", o->scenes, "Scene: TOML, MJCF, URDF or OpenSim; of several, each is a column of the map")
       ->required();
   add_model_options(*verb, o->model);
   verb->add_option("-o,--out", o->folder, "Folder for page, drawings and tables")->capture_default_str();

@@ -86,7 +86,7 @@ Result<json> of_numbers(const StateOptions& o, json answer) {
 }
 
 void add_state_options(CLI::App& verb, StateOptions& o) {
-  verb.add_option("scene", o.scene, "The scene: TOML, MJCF or URDF")->required();
+  verb.add_option("scene", o.scene, "The scene: TOML, MJCF, URDF or OpenSim")->required();
   add_model_options(verb, o.model);
   verb.add_option(
       "--state", o.state,

@@ -138,7 +138,8 @@ TEST(ModelFile, BadFilesEndInOneSentence) {
   const std::pair<std::string, const char*> bad[] = {
       {"<mujoco><worldbody>\n<body", "model.xml:2: is not well-formed XML: unclosed token"},
       {"", "model.xml:1: is not well-formed XML: no element found"},
-      {"<OpenSimDocument/>", "the root is <OpenSimDocument>, expected <mujoco> (MJCF) or <robot> (URDF)"},
+      {"<sdf/>",
+       "the root is <sdf>, expected <mujoco> (MJCF), <robot> (URDF) or <OpenSimDocument> (OpenSim)"},
       {"<mujoco><include file='self.xml'/></mujoco>", "round.xml:2: include: "},
       {"<mujoco>\n<include file='no.xml'/></mujoco>", "model.xml:2: include: no such file"},
       {"<mujoco><include/></mujoco>", "file is missing"},

@@ -1,4 +1,4 @@
-// Does with a scene or a model (TOML, MJCF, URDF) what the verbs do.
+// Does with a scene or a model (TOML, MJCF, URDF, OpenSim) what the verbs do.
 #pragma once
 
 #include "tests/mutation/reader.hpp"

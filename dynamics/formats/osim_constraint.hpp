@@ -1,0 +1,23 @@
+// The constraints of OpenSim, and the springs that a scene has too.
+#pragma once
+
+#include <optional>
+
+#include "dynamics/formats/osim_frames.hpp"
+#include "dynamics/formats/osim_layout.hpp"
+#include "dynamics/formats/unread.hpp"
+#include "dynamics/scene/scene.hpp"
+
+namespace borelli {
+
+/// Adds to the scene, whose solids are complete: CoordinateCouplerConstraint (of one coordinate: the
+/// dependent one becomes Coupled; a linear one of several: CoordinateCoupling), PointConstraint, WeldConstraint,
+/// ConstantDistanceConstraint, PointOnLineConstraint; PointToPointSpring and SpringGeneralizedForce. Others,
+/// and those that are switched off, are left unread (so that they are listed). Throws XmlRefusal: names that
+/// are not there, and couplings by functions of several coordinates.
+void read_osim_constraints(const XmlElement& model, const OsimFrames& frames, Scene& scene);
+
+/// Whether a constraint or force of the file acts: isEnforced, appliesForce, and isDisabled of OpenSim 3.
+bool acts(const XmlElement& element);
+
+}  // namespace borelli
