@@ -13,7 +13,7 @@ struct MeasuredForce {
   std::vector<double> times;  ///< s, increasing
   Eigen::Matrix3Xd force;     ///< N, one column per time
   Eigen::Matrix3Xd point;     ///< m, the centre of pressure; NaN where the force is too small to have one
-  Eigen::Matrix3Xd moment;    ///< N m, about the point
+  Eigen::Matrix3Xd moment;    ///< N m, about the point; NaN where the point is
 };
 
 }  // namespace borelli
