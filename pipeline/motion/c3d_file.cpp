@@ -27,8 +27,8 @@ struct PointPlace {
 };
 
 // Names in order: blanks become `point_7`, a repeated `A` becomes `A_2`.
-std::vector<std::string> unique_names(const std::vector<std::string>& labels, std::uint64_t count,
-                                      const std::string& what, std::vector<std::string>& warnings) {
+std::vector<std::string> unique_c3d_names(const std::vector<std::string>& labels, std::uint64_t count,
+                                          const std::string& what, std::vector<std::string>& warnings) {
   std::vector<std::string> out;
   std::set<std::string> taken;
   std::map<std::string, int> repeats;
@@ -44,7 +44,7 @@ std::vector<std::string> unique_names(const std::vector<std::string>& labels, st
   }
   if (labels.size() < count)
     warnings.push_back(fmt::format("{} of {} {}s have no label", count - labels.size(), count, what));
-  if (repeated > 0) warnings.push_back(fmt::format("{} {}s have the label of another one", repeated, what));
+  if (repeated > 0) warnings.push_back(fmt::format("{} of {} {}s repeat a label", repeated, count, what));
   return out;
 }
 
@@ -64,7 +64,7 @@ std::map<std::string, std::string> kinds_of_outputs(const C3dParameters& paramet
 }
 
 // Four characters hold `mete` of metres, so the beginning of a unit decides.
-std::optional<double> metres_of_unit(const std::string& unit) {
+std::optional<double> metres_of_point_unit(const std::string& unit) {
   static const std::pair<std::string_view, double> known[] = {
       {"mm", 0.001}, {"mill", 0.001}, {"cm", 0.01},   {"cent", 0.01},   {"dm", 0.1},     {"deci", 0.1},
       {"met", 1},    {"in", 0.0254},  {"ft", 0.3048}, {"foot", 0.3048}, {"feet", 0.3048}};
@@ -126,7 +126,7 @@ class C3dReader {
 
   Result<void> read_unit() {
     const std::string unit = parameters_.line("POINT", "UNITS");
-    const auto metres = metres_of_unit(unit);
+    const auto metres = metres_of_point_unit(unit);
     if (!metres && !unit.empty() && layout_.points != 0)
       return failure(file_,
                      fmt::format("has POINT:UNITS '{}', expected mm, cm, dm, m, in or ft", printable(unit)));
@@ -147,7 +147,7 @@ class C3dReader {
       for (std::string& label : labels)
         if (label.starts_with(subjects[0] + ":")) label = label.substr(subjects[0].size() + 1);
     const auto frames = static_cast<Index>(layout_.frames);
-    for (const std::string& name : unique_names(labels, layout_.points, "point", out_.warnings)) {
+    for (const std::string& name : unique_c3d_names(labels, layout_.points, "point", out_.warnings)) {
       const std::size_t i = places_.size();
       if (i < kind_of.size() && !kind_of[i].empty()) {
         places_.push_back({true, static_cast<Index>(out_.outputs.size())});
@@ -169,8 +169,8 @@ class C3dReader {
     const std::vector<std::string> units = parameters_.texts("ANALOG", "UNITS");
     const std::vector<std::string> descriptions = parameters_.texts("ANALOG", "DESCRIPTIONS");
     const auto samples = static_cast<Index>(layout_.frames * layout_.samples);
-    for (std::string& name :
-         unique_names(parameters_.texts("ANALOG", "LABELS"), layout_.channels, "channel", out_.warnings)) {
+    for (std::string& name : unique_c3d_names(parameters_.texts("ANALOG", "LABELS"), layout_.channels,
+                                              "channel", out_.warnings)) {
       const std::size_t i = out_.analog.size();
       out_.analog.push_back({std::move(name), i < descriptions.size() ? descriptions[i] : "",
                              i < units.size() ? units[i] : "", Eigen::VectorXd(samples)});

@@ -114,18 +114,19 @@ double number_of_first_frame(const C3dHeader& header, const C3dParameters& param
   return header.first_frame >= 1 ? static_cast<double>(header.first_frame) : 1;
 }
 
-bool fits(const C3dLayout& layout, std::uint64_t size) {
+bool frames_fit(const C3dLayout& layout, std::uint64_t size) {
   if (layout.data < c3d_block || layout.data > size) return false;
   return layout.frames == 0 || layout.frame_bytes() <= (size - layout.data) / layout.frames;
 }
 
-bool fills(const C3dLayout& layout, std::uint64_t size) {
-  return fits(layout, size) && size - layout.data - layout.frames * layout.frame_bytes() < c3d_block;
+bool frames_fill(const C3dLayout& layout, std::uint64_t size) {
+  return frames_fit(layout, size) && size - layout.data - layout.frames * layout.frame_bytes() < c3d_block;
 }
 
 bool fits_better(const C3dLayout& other, const C3dLayout& layout, std::uint64_t size) {
   if (other.frames == 0 || other.frame_bytes() == 0) return false;
-  return (fits(other, size) && !fits(layout, size)) || (fills(other, size) && !fills(layout, size));
+  return (frames_fit(other, size) && !frames_fit(layout, size)) ||
+         (frames_fill(other, size) && !frames_fill(layout, size));
 }
 
 bool same_place(const C3dLayout& a, const C3dLayout& b) {
@@ -133,7 +134,7 @@ bool same_place(const C3dLayout& a, const C3dLayout& b) {
          a.data == b.data && a.real == b.real;
 }
 
-std::string in_words(const C3dLayout& layout) {
+std::string layout_in_words(const C3dLayout& layout) {
   return fmt::format("{} frames of {} points and {} x {} analog samples ({} numbers) from byte {}",
                      layout.frames, layout.points, layout.channels, layout.samples,
                      layout.real ? "floating-point" : "integer", layout.data);
@@ -161,13 +162,13 @@ Result<C3dLayout> c3d_layout(std::string_view bytes, C3dProcessor processor, con
     }
   if (!same_place(out, first))
     warnings.push_back(fmt::format("header and parameters differ: {} do not fit the file, {} do",
-                                   in_words(first), in_words(out)));
+                                   layout_in_words(first), layout_in_words(out)));
   if (out.points == 0 && out.channels == 0) return failure(file, "holds no points and no analog channels");
   if (out.frames == 0) return failure(file, "holds no frames");
-  if (!fits(out, bytes.size()))
+  if (!frames_fit(out, bytes.size()))
     return failure(file,
                    fmt::format("has {} bytes, too few for {}, {} bytes each: it is cut short or damaged",
-                               bytes.size(), in_words(out), out.frame_bytes()));
+                               bytes.size(), layout_in_words(out), out.frame_bytes()));
   if (!is_rate(out.rate)) return failure(file, "has no frame rate in POINT:RATE nor in its header");
   if (out.points != 0 && !is_scale(out.scale)) return failure(file, "has no scale in POINT:SCALE");
   out.first_frame = number_of_first_frame(header, parameters, out.frames);

@@ -11,7 +11,7 @@
 namespace borelli {
 namespace {
 
-std::string capitals(std::string_view text) {
+std::string parameter_capitals(std::string_view text) {
   std::string out(text);
   std::transform(out.begin(), out.end(), out.begin(),
                  [](char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c; });
@@ -25,7 +25,7 @@ std::string without_padding(std::string_view text) {
   return std::string(text.substr(first, text.find_last_not_of(padding) - first + 1));
 }
 
-bool is_name(std::string_view text) {
+bool is_parameter_name(std::string_view text) {
   return std::all_of(text.begin(), text.end(), [](char c) { return c >= ' ' && c <= '~'; });
 }
 
@@ -47,7 +47,7 @@ class C3dSectionReader {
       const auto record = record_at(at);
       if (!record) return tl::unexpected(record.error());
       if (record->name.empty()) break;
-      if (!is_name(record->name)) {
+      if (!is_parameter_name(record->name)) {
         warnings_.push_back(fmt::format("the parameter section is damaged from byte {} on", at));
         break;
       }
@@ -87,7 +87,7 @@ class C3dSectionReader {
     out.group = static_cast<std::int8_t>(bytes_[at + 1]);
     const std::size_t offset = at + 2 + static_cast<std::size_t>(length);
     if (offset + 2 > bytes_.size()) return cut_short(at);
-    out.name = capitals(bytes_.substr(at + 2, static_cast<std::size_t>(length)));
+    out.name = parameter_capitals(bytes_.substr(at + 2, static_cast<std::size_t>(length)));
     const std::size_t step = c3d_word(bytes_.data() + offset, processor_);
     out.at = offset + 2;
     out.next = step == 0 ? 0 : offset + step;

@@ -35,12 +35,15 @@ TEST(C3dNumbers, IntegersAreLowByteFirstExceptOnMips) {
 
 // The bytes of VAX F floating that the test program of USGS's libvaxdata (Open-File Report 2005-1424) prints.
 TEST(C3dNumbers, VaxNumbersAreThoseOfPublishedBytes) {
-  const std::pair<std::string, double> published[] = {
-      {raw({0x80, 0x40, 0, 0}), 1},          {raw({0x80, 0xc0, 0, 0}), -1},
-      {raw({0x60, 0x41, 0, 0}), 3.5},        {raw({0x60, 0xc1, 0, 0}), -3.5},
-      {raw({0x49, 0x41, 0xd0, 0x0f}), 3.14159}, {raw({0x49, 0xc1, 0xd0, 0x0f}), -3.14159},
-      {raw({0xf0, 0x7d, 0xc2, 0xbd}), 1e37}, {raw({0x08, 0x03, 0xea, 0x1c}), 1e-37},
-      {raw({0x9e, 0x40, 0x52, 0x06}), 1.23456789}};
+  const std::pair<std::string, double> published[] = {{raw({0x80, 0x40, 0, 0}), 1},
+                                                      {raw({0x80, 0xc0, 0, 0}), -1},
+                                                      {raw({0x60, 0x41, 0, 0}), 3.5},
+                                                      {raw({0x60, 0xc1, 0, 0}), -3.5},
+                                                      {raw({0x49, 0x41, 0xd0, 0x0f}), 3.14159},
+                                                      {raw({0x49, 0xc1, 0xd0, 0x0f}), -3.14159},
+                                                      {raw({0xf0, 0x7d, 0xc2, 0xbd}), 1e37},
+                                                      {raw({0x08, 0x03, 0xea, 0x1c}), 1e-37},
+                                                      {raw({0x9e, 0x40, 0x52, 0x06}), 1.23456789}};
   for (const auto& [bytes, value] : published)
     EXPECT_NEAR(c3d_real(bytes.data(), C3dProcessor::dec), value, std::abs(value) * 6e-8) << value;
   EXPECT_EQ(c3d_real(raw({0, 0, 0, 0}).data(), C3dProcessor::dec), 0);
@@ -49,7 +52,8 @@ TEST(C3dNumbers, VaxNumbersAreThoseOfPublishedBytes) {
 }
 
 TEST(C3dNumbers, IeeeNumbersAreThoseOfThisMachine) {
-  for (const float value : {0.0F, 1.0F, -2.5F, 3.14159F, 1e-38F, -3e38F, std::numeric_limits<float>::infinity()}) {
+  for (const float value :
+       {0.0F, 1.0F, -2.5F, 3.14159F, 1e-38F, -3e38F, std::numeric_limits<float>::infinity()}) {
     const auto bits = std::bit_cast<std::uint32_t>(value);
     const auto byte = [&](int i) { return static_cast<int>(bits >> (8 * i) & 0xff); };
     EXPECT_EQ(c3d_real(raw({byte(0), byte(1), byte(2), byte(3)}).data(), C3dProcessor::intel), value);

@@ -13,9 +13,11 @@ using test::C3dWriter;
 C3dParameters parameters_of(const C3dWriter& writer, std::vector<std::string>& warnings) {
   const std::string bytes = writer.bytes();
   const std::size_t start = static_cast<std::size_t>(512 * (writer.parameter_block - 1));
-  return read_c3d_parameters(bytes, start, bytes.size(), *c3d_processor(static_cast<std::uint8_t>(writer.processor)),
-                             "a.c3d", warnings)
-      .value();
+  auto read =
+      read_c3d_parameters(bytes, start, bytes.size(),
+                          *c3d_processor(static_cast<std::uint8_t>(writer.processor)), "a.c3d", warnings);
+  EXPECT_TRUE(read);
+  return std::move(*read);
 }
 
 class C3dParametersOf : public testing::TestWithParam<C3dWriter::Processor> {};
@@ -94,7 +96,8 @@ TEST(C3dParameters, SectionThatIsCutShortIsRefused) {
   const std::string bytes = writer.bytes();
   for (const std::size_t size : {517, 525, 534, 545, 552}) {
     std::vector<std::string> warnings;
-    const auto read = read_c3d_parameters(bytes.substr(0, size), 512, 1024, C3dProcessor::intel, "a.c3d", warnings);
+    const auto read =
+        read_c3d_parameters(bytes.substr(0, size), 512, 1024, C3dProcessor::intel, "a.c3d", warnings);
     ASSERT_FALSE(read) << size;
     EXPECT_NE(read.error().message().find("a.c3d: ends in the parameter"), std::string::npos);
   }
@@ -108,8 +111,8 @@ TEST(C3dParameters, GarbageBehindTheSectionIsNoParameter) {
   bytes[end] = 30;  // the next record is said to be further on, where bytes without sense stand
   bytes.replace(end + 30, 6, "\x03\x02\x01\x07\x05\x01");
   std::vector<std::string> warnings;
-  const auto read = read_c3d_parameters(bytes, 512, 1024, C3dProcessor::intel, "a.c3d", warnings).value();
-  EXPECT_EQ(read.number("POINT", "USED"), 3);
+  const auto read = read_c3d_parameters(bytes, 512, 1024, C3dProcessor::intel, "a.c3d", warnings);
+  EXPECT_EQ(read->number("POINT", "USED"), 3);
   EXPECT_TRUE(test::has_warning(warnings, "damaged from byte"));
 }
 

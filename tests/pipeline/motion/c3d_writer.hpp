@@ -29,9 +29,9 @@ struct C3dWriter {
   std::vector<std::vector<Point>> frames;    ///< one list of points per frame
   std::vector<std::vector<double>> numbers;  ///< per analog sample one stored number per channel
   std::vector<std::pair<double, std::string>> header_events;
-  std::string group_order = "first";      ///< or "last": all groups behind all parameters
-  bool locked = false;                    ///< names of negative length
-  int parameter_block = 2;                ///< where the parameter section starts
+  std::string group_order = "first";  ///< or "last": all groups behind all parameters
+  bool locked = false;                ///< names of negative length
+  int parameter_block = 2;            ///< where the parameter section starts
   std::optional<int> header_points, header_frames, counted_blocks;
   std::optional<double> header_scale;
 
@@ -141,13 +141,14 @@ struct C3dWriter {
       while (number < groups.size() && groups[number] != p.group) ++number;
       if (number == groups.size()) {
         groups.push_back(p.group);
-        group_records.push_back(name_record(p.group, -static_cast<int>(number + 1)) + word(2 + 1 + 4) + '\4' + "text");
+        group_records.push_back(name_record(p.group, -static_cast<int>(number + 1)) + word(2 + 1 + 4) + '\4' +
+                                "text");
       }
       std::string body{static_cast<char>(p.type), static_cast<char>(p.dimensions.size())};
       for (const int d : p.dimensions) body += static_cast<char>(d);
       body += p.data + '\3' + "why";
-      records.push_back(name_record(p.name, static_cast<int>(number + 1)) + word(static_cast<int>(2 + body.size())) +
-                        body);
+      records.push_back(name_record(p.name, static_cast<int>(number + 1)) +
+                        word(static_cast<int>(2 + body.size())) + body);
     }
     std::string out("\1\x50\0", 3);
     out += static_cast<char>(processor);
@@ -184,7 +185,8 @@ struct C3dWriter {
     std::size_t sample = 0;
     for (const std::vector<Point>& frame : frames) {
       for (const Point& p : frame) {
-        for (int i = 0; i < 3; ++i) out += stored(real ? p[static_cast<std::size_t>(i)] : p[static_cast<std::size_t>(i)] / scale);
+        for (int i = 0; i < 3; ++i)
+          out += stored(real ? p[static_cast<std::size_t>(i)] : p[static_cast<std::size_t>(i)] / scale);
         out += stored(p[3]);
       }
       for (int i = 0; i < (channels == 0 ? 0 : samples); ++i, ++sample)
