@@ -1,0 +1,151 @@
+#include "pipeline/motion/foot_contact.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "dynamics/equations/kinematics.hpp"
+#include "error/printable.hpp"
+
+namespace borelli {
+
+using Eigen::Matrix3Xd;
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr double least_load = 20;      // N
+constexpr double farthest_foot = 0.5;  // m, from the centre of pressure
+constexpr double alike = 0.1;          // m, distances too near to each other to tell the feet apart
+
+/// A stance on a plate: samples from first to last.
+struct Stance {
+  Eigen::Index first = 0, last = 0;
+};
+
+std::vector<Stance> stances_on(const MeasuredForce& plate) {
+  std::vector<Stance> out;
+  bool loaded = false;
+  for (Eigen::Index i = 0; i < plate.force.cols(); ++i) {
+    const bool now = plate.force.col(i).norm() >= least_load && plate.point.col(i).allFinite();
+    if (now && !loaded) out.push_back({i, i});
+    if (now) out.back().last = i;
+    loaded = now;
+  }
+  return out;
+}
+
+/// Mean distance of each foot from the centre of pressure over a stance, at some fifty of its samples.
+class FootDistances {
+ public:
+  FootDistances(const System& system, const RecordedMotion& motion, std::vector<int> feet)
+      : system_(system), motion_(motion), feet_(std::move(feet)), kinematics_(system, Equations::recursive) {}
+
+  std::vector<double> over(const MeasuredForce& plate, const Stance& stance) {
+    std::vector<double> sums(feet_.size(), 0);
+    const Eigen::Index stride = std::max<Eigen::Index>(1, (stance.last - stance.first) / 50);
+    int count = 0;
+    for (Eigen::Index i = stance.first; i <= stance.last; i += stride) {
+      const double t = plate.times[std::size_t(i)];
+      if (t < motion_.start() || t > motion_.end()) continue;
+      motion_.at(t, state_, a_);
+      update_kinematics(system_, system_.parameters, t, state_.q.data(), nullptr, kinematics_);
+      for (std::size_t f = 0; f < feet_.size(); ++f) sums[f] += (place(feet_[f]) - plate.point.col(i)).norm();
+      ++count;
+    }
+    for (double& sum : sums) sum = count > 0 ? sum / count : std::numeric_limits<double>::infinity();
+    return sums;
+  }
+
+ private:
+  Vector3d place(int solid) const {
+    const auto s = std::size_t(solid);
+    return kinematics_.bodies[std::size_t(system_.solid_bodies[s])].X *
+           system_.parameters.solid_places[s].X.p;
+  }
+
+  const System& system_;
+  const RecordedMotion& motion_;
+  std::vector<int> feet_;
+  Kinematics kinematics_;
+  State state_;
+  Eigen::VectorXd a_;
+};
+
+bool contains(std::string name, const char* part) {
+  std::transform(name.begin(), name.end(), name.begin(),
+                 [](unsigned char c) { return char(std::tolower(c)); });
+  return name.find(part) != std::string::npos;
+}
+
+}  // namespace
+
+std::vector<std::string> feet_of(const System& system) {
+  for (const std::vector<const char*>& parts : {std::vector{"calcn", "calcaneus"}, std::vector{"foot"}}) {
+    std::vector<std::string> out;
+    for (const std::string& solid : system.solids)
+      if (std::any_of(parts.begin(), parts.end(), [&](const char* part) { return contains(solid, part); }))
+        out.push_back(solid);
+    if (!out.empty()) return out;
+  }
+  return {};
+}
+
+Result<FootLoads> loads_on_feet(const System& system, const RecordedMotion& motion,
+                                const std::vector<MeasuredForce>& forces,
+                                const std::vector<std::string>& feet) {
+  if (feet.empty())
+    return bad_use("measured forces", "the model has no solid whose name tells a foot; name the feet");
+  std::vector<int> solids;
+  for (const std::string& foot : feet) {
+    const auto found = std::find(system.solids.begin(), system.solids.end(), foot);
+    if (found == system.solids.end())
+      return bad_use(fmt::format("foot '{}'", printable(foot)), "the model has no solid of this name");
+    solids.push_back(int(found - system.solids.begin()));
+  }
+  FootDistances distances(system, motion, solids);
+  FootLoads out;
+  for (const MeasuredForce& plate : forces) {
+    std::vector<ExternalLoad> by_foot;
+    for (const std::string& foot : feet) {
+      const Eigen::Index n = plate.force.cols();
+      by_foot.push_back(
+          {foot,
+           "ground",
+           "ground",
+           {fmt::format("{} on {}", foot, plate.name), plate.times, Matrix3Xd::Zero(3, n),
+            Matrix3Xd::Constant(3, n, std::numeric_limits<double>::quiet_NaN()), Matrix3Xd::Zero(3, n)}});
+    }
+    std::vector<char> used(feet.size(), false);
+    for (const Stance& stance : stances_on(plate)) {
+      const std::vector<double> away = distances.over(plate, stance);
+      const auto nearest = std::size_t(std::min_element(away.begin(), away.end()) - away.begin());
+      const double from = plate.times[std::size_t(stance.first)], to = plate.times[std::size_t(stance.last)];
+      if (std::isinf(away[nearest])) continue;  // outside of the motion
+      if (away[nearest] > farthest_foot) {
+        out.warnings.push_back(fmt::format(
+            "the load on {} from {:.2f} to {:.2f} s is {:.2f} m from the nearest foot and is left out",
+            printable(plate.name), from, to, away[nearest]));
+        continue;
+      }
+      for (std::size_t f = 0; f < feet.size(); ++f)
+        if (f != nearest && away[f] - away[nearest] < alike)
+          out.warnings.push_back(
+              fmt::format("the load on {} from {:.2f} to {:.2f} s is given to {}, but {} is as near",
+                          printable(plate.name), from, to, feet[nearest], feet[f]));
+      const Eigen::Index n = stance.last - stance.first + 1;
+      MeasuredForce& target = by_foot[nearest].measured;
+      target.force.middleCols(stance.first, n) = plate.force.middleCols(stance.first, n);
+      target.point.middleCols(stance.first, n) = plate.point.middleCols(stance.first, n);
+      target.moment.middleCols(stance.first, n) = plate.moment.middleCols(stance.first, n);
+      used[nearest] = true;
+    }
+    for (std::size_t f = 0; f < feet.size(); ++f)
+      if (used[f]) out.loads.push_back(std::move(by_foot[f]));
+  }
+  return out;
+}
+
+}  // namespace borelli

@@ -1,0 +1,31 @@
+// A recording of a motion laboratory from any of its files.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "error/error.hpp"
+#include "pipeline/motion/marker_motion.hpp"
+#include "pipeline/motion/measured_force.hpp"
+#include "pipeline/motion/motion_table.hpp"
+
+namespace borelli {
+
+struct Recording {
+  MarkerMotion markers;
+  std::vector<MeasuredForce> forces;  ///< of C3D's force plates
+  std::vector<std::string> warnings;
+};
+
+/// Reads markers from TRC or C3D, told apart by the content, or joint centres from BVH (`bvh_unit`: metres of
+/// its unit; 0: guessed, and told). Errors as the readers', and a file of another kind.
+Result<Recording> read_recording(const std::filesystem::path& path, double bvh_unit = 0);
+
+/// Force plates in a table without a set-up that says which columns they are: each triple whose names end in
+/// "_vx", "_vy", "_vz" is a force; its point ends in "_px" ...; its moment has "torque" for "force" and ends in
+/// "_x" ... or "_mx" .... Without moments they are zero. Where force and point are zero, the point is not known.
+/// Errors: no such triple; a force without a point.
+Result<std::vector<MeasuredForce>> forces_in(const MotionTable& table);
+
+}  // namespace borelli

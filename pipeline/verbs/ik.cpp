@@ -1,0 +1,169 @@
+// borelli ik MODEL --markers W.trc -o W.mot: joint angles of a recorded motion, by inverse kinematics.
+#include <fmt/core.h>
+
+#include <chrono>
+
+#include "pipeline/files/whole_file.hpp"
+#include "pipeline/motion/motion_fit.hpp"
+#include "pipeline/motion/motion_table_file.hpp"
+#include "pipeline/motion/recording.hpp"
+#include "pipeline/verbs/inputs.hpp"
+#include "pipeline/verbs/model_options.hpp"
+#include "pipeline/verbs/number_check.hpp"
+#include "pipeline/verbs/progress.hpp"
+#include "pipeline/verbs/verb.hpp"
+
+namespace borelli {
+namespace {
+
+using nlohmann::json;
+
+struct IkOptions {
+  std::string model, markers, setup, coordinates, out, errors;
+  ModelOptions how;
+  std::optional<double> start, end;
+  double unit = 0;
+  bool beyond_ranges = false;
+};
+
+/// The set-up's tasks and files; the command line wins.
+Result<void> use_setup(IkOptions& o, MotionFitRequest& request, const Command& command) {
+  if (o.setup.empty()) return {};
+  auto setup = read_ik_setup(o.setup);
+  if (!setup) return tl::unexpected(setup.error());
+  for (const auto* lines : {&setup->not_modelled.motion, &setup->not_modelled.other})
+    for (const std::string& line : *lines) command.note(fmt::format("{}: not used: {}", o.setup, line));
+  request.time_range = setup->time_range;
+  if (o.markers.empty()) o.markers = setup->marker_file.string();
+  if (o.coordinates.empty()) o.coordinates = setup->coordinate_file.string();
+  request.setup = std::move(*setup);
+  return {};
+}
+
+json answer_of(const IkOptions& o, const MotionFit& fit, double seconds) {
+  double largest = 0;
+  std::size_t frame = 0;
+  for (std::size_t f = 0; f < fit.frames.size(); ++f)
+    if (const MarkerFrame& one = fit.frames[f]; one.worst >= 0 && one.errors[one.worst] > largest) {
+      largest = one.errors[one.worst];
+      frame = f;
+    }
+  long iterations = 0;
+  for (const MarkerFrame& one : fit.frames) iterations += one.iterations;
+  json markers = json::object();
+  for (std::size_t m = 0; m < fit.markers.size(); ++m) {
+    double squares = 0;
+    long seen = 0;
+    for (const double error : fit.errors.col(Eigen::Index(m)))
+      if (std::isfinite(error)) {
+        squares += error * error;
+        ++seen;
+      }
+    markers[fit.markers[m]] = seen > 0 ? json(std::sqrt(squares / double(seen))) : json();
+  }
+  json answer{{"model", o.model},
+              {"frames", fit.frames.size()},
+              {"marker_error_rms", fit.rms()},
+              {"marker_error_rms_by_marker", markers},
+              {"iterations_per_frame", double(iterations) / double(fit.frames.size())},
+              {"milliseconds_per_frame", 1e3 * seconds / double(fit.frames.size())}};
+  if (fit.frames[frame].worst >= 0)
+    answer["marker_error_max"] = {{"error", largest},
+                                  {"marker", fit.markers[std::size_t(fit.frames[frame].worst)]},
+                                  {"time", fit.times[frame]}};
+  if (!o.out.empty()) answer["out"] = o.out;
+  return answer;
+}
+
+Result<json> work(IkOptions o, const Command& command) {
+  MotionFitRequest request;
+  if (auto used = use_setup(o, request, command); !used) return tl::unexpected(used.error());
+  if (o.markers.empty()) return bad_use("ik", "needs --markers FILE, or a --setup that names one");
+  for (const std::string& out : {o.out, o.errors})
+    if (!out.empty())
+      if (auto fine = check_writable(out, {o.model, o.markers, o.setup}); !fine)
+        return tl::unexpected(fine.error());
+  if (o.start) request.time_range.first = *o.start;
+  if (o.end) request.time_range.second = *o.end;
+  request.within_ranges = !o.beyond_ranges;
+  const auto model = read_model(command, o.model, o.how);
+  if (!model) return tl::unexpected(model.error());
+  const auto system = compile(model->scene);
+  if (!system) return tl::unexpected(system.error());
+  const auto recording = read_recording(o.markers, o.unit);
+  if (!recording) return tl::unexpected(recording.error());
+  command.warn(recording->warnings);
+  if (request.setup) {
+    const auto& tasks = request.setup->coordinates;
+    const bool from_file = std::any_of(tasks.begin(), tasks.end(), [](const CoordinateTask& task) {
+      return task.apply && task.target == CoordinateTask::Target::from_file;
+    });
+    if (from_file && !o.coordinates.empty()) {
+      auto table = read_motion_table(o.coordinates);
+      if (!table) return tl::unexpected(table.error());
+      command.warn(table->warnings);
+      request.coordinate_values = std::move(table->table);
+    }
+  }
+  ProgressBar progress(command.json);
+  progress.begin("inverse kinematics");
+  request.progress = [&](double done) { progress.update(done); };
+  const auto began = std::chrono::steady_clock::now();
+  const auto fit = fit_motion(model->scene, *system, recording->markers, request);
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  progress.end(fmt::format("{:.2g} s", seconds));
+  if (!fit) return tl::unexpected(fit.error());
+  command.warn(fit->warnings);
+  if (!o.out.empty()) {
+    const auto text = motion_table_text(table_of(*system, *fit), o.out);
+    if (!text) return tl::unexpected(text.error());
+    if (auto wrote = write_whole(o.out, *text); !wrote) return tl::unexpected(wrote.error());
+  }
+  if (!o.errors.empty()) {
+    const auto text = motion_table_text(error_table_of(*fit), o.errors);
+    if (!text) return tl::unexpected(text.error());
+    if (auto wrote = write_whole(o.errors, *text); !wrote) return tl::unexpected(wrote.error());
+  }
+  const json answer = answer_of(o, *fit, seconds);
+  if (!command.json) {
+    fmt::print("{} frames, {} markers: root mean square error {:.1f} mm", fit->frames.size(),
+               fit->markers.size(), 1e3 * fit->rms());
+    if (answer.contains("marker_error_max"))
+      fmt::print(", largest {:.1f} mm ({} at {:.3f} s)",
+                 1e3 * answer["marker_error_max"]["error"].get<double>(),
+                 answer["marker_error_max"]["marker"].get<std::string>(),
+                 answer["marker_error_max"]["time"].get<double>());
+    fmt::print("\n{:.3f} ms and {:.1f} iterations a frame\n", answer["milliseconds_per_frame"].get<double>(),
+               answer["iterations_per_frame"].get<double>());
+    if (!o.out.empty()) fmt::print("wrote {}\n", o.out);
+  }
+  return answer;
+}
+
+}  // namespace
+
+void add_ik(CLI::App& program, Command& command) {
+  auto* verb = program.add_subcommand("ik", "Inverse kinematics: the joint angles of a recorded motion");
+  auto o = std::make_shared<IkOptions>();
+  verb->add_option("model", o->model, "The model: OpenSim, MJCF, URDF or a scene, with markers")->required();
+  verb->add_option("--markers", o->markers,
+                   "The recording: TRC, C3D, or BVH, whose joint centres are the markers");
+  verb->add_option("-o,--out", o->out, "Joint angles to write: .mot or .sto of OpenSim, in degrees and m");
+  verb->add_option("--setup", o->setup,
+                   "OpenSim's set-up (.xml): which markers and coordinates to follow, and their weights");
+  verb->add_option("--errors", o->errors,
+                   "Table to write (.sto): the error of every marker in every frame, m");
+  verb->add_option("--coordinates", o->coordinates,
+                   "Table (.mot, .sto) with the values that tasks of the set-up follow");
+  verb->add_option("--start", o->start, "First time to fit, s");
+  verb->add_option("--end", o->end, "Last time to fit, s");
+  verb->add_option("--bvh-unit", o->unit,
+                   "BVH: its unit of length in m; otherwise guessed from the skeleton's size")
+      ->check(positive_number());
+  verb->add_flag("--beyond-ranges", o->beyond_ranges,
+                 "Let coordinates leave the ranges that the model gives them");
+  add_model_options(*verb, o->how);
+  verb->callback([&command, o] { command.work = [o](const Command& c) { return work(*o, c); }; });
+}
+
+}  // namespace borelli
