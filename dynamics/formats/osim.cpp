@@ -22,7 +22,7 @@ bool osim_element_moves(const XmlElement& e, const XmlElement& parent) {
   if (parent.name == "defaults")  // (a CMC_Joint is a controller's task)
     return e.name == "Body" || e.name == "Coordinate" ||
            (e.name.ends_with("Joint") && !e.name.starts_with("CMC_"));
-  return parent.name == "objects" && parent.read && acts(e);
+  return parent.name == "objects" && parent.read && osim_acts(e);
 }
 
 bool osim_attribute_moves(const XmlAttribute&, const XmlElement&) { return false; }
@@ -37,7 +37,7 @@ void mark_names(const XmlElement& element) {
 
 // ---- bodies ----
 
-Eigen::Matrix3d inertia_of(const XmlElement& body) {
+Eigen::Matrix3d osim_inertia(const XmlElement& body) {
   std::vector<double> entries(6, 0);
   if (const XmlElement* six = body.child("inertia")) {
     entries = six->content_numbers(6, 6);
@@ -58,7 +58,7 @@ void add_inertial_of(const XmlElement& body, Solid& solid) {
   Inertial own;
   if (const XmlElement* mass = body.child("mass")) own.mass = mass->content_numbers(1, 1)[0];
   own.centre = osim_vector(body, "mass_center");
-  own.tensor = inertia_of(body);
+  own.tensor = osim_inertia(body);
   if (own.mass < 0) body.refuse(fmt::format("has a mass of {:g} kg, expected none below zero", own.mass));
   if (own.mass == 0 && own.tensor.isZero(0)) return;
   solid.inertials.push_back(own);
@@ -120,9 +120,9 @@ class OsimReader {
   void add_joint(const OsimJoint& joint) {
     OsimFrame parent = joint.parent, child = joint.child;
     std::vector<Switch> motion = joints_.read(joint);
-    if (joint.inverted) motion = inverse(std::move(motion));
+    if (joint.inverted) motion = inverse_motion(std::move(motion));
     if (child.solid == world_name) {
-      motion = inverse(std::move(motion));
+      motion = inverse_motion(std::move(motion));
       std::swap(parent, child);
     }
     for (const OsimFrame* end : {&parent, &child})

@@ -135,7 +135,7 @@ class OsimConstraintReader {
     if (!function) holder.refuse("holds no function");
     const double scale = e.child("scale_factor") ? value(e, "scale_factor") : 1;
     if (of.size() > 1) return coupling(on, of, *function, scale);
-    const TimeFunction f = scaled(read_osim_function(*function), scale);
+    const TimeFunction f = scaled_function(read_osim_function(*function), scale);
     if (on == of[0]) e.refuse("couples a coordinate to itself");
     Switch& one = *switches_.at(on);
     if (!std::holds_alternative<Free>(one.motion)) return CoordinateFunction{{on}, {of[0]}, f};
@@ -167,7 +167,7 @@ class OsimConstraintReader {
 
 }  // namespace
 
-bool acts(const XmlElement& element) {
+bool osim_acts(const XmlElement& element) {
   return osim_flag(element, "isEnforced", true) && osim_flag(element, "appliesForce", true) &&
          !osim_flag(element, "isDisabled", false);
 }
@@ -175,9 +175,9 @@ bool acts(const XmlElement& element) {
 void read_osim_constraints(const XmlElement& model, const OsimFrames& frames, Scene& scene) {
   OsimConstraintReader reader(frames, scene);
   for (const XmlElement* e : osim_objects(model, "ConstraintSet"))
-    if (acts(*e)) reader.read_constraint(*e);
+    if (osim_acts(*e)) reader.read_constraint(*e);
   for (const XmlElement* e : osim_objects(model, "ForceSet"))
-    if (acts(*e)) reader.read_force(*e);
+    if (osim_acts(*e)) reader.read_force(*e);
 }
 
 }  // namespace borelli

@@ -18,6 +18,6 @@ namespace borelli {
 void read_osim_constraints(const XmlElement& model, const OsimFrames& frames, Scene& scene);
 
 /// Whether a constraint or force of the file acts: isEnforced, appliesForce, and isDisabled of OpenSim 3.
-bool acts(const XmlElement& element);
+bool osim_acts(const XmlElement& element);
 
 }  // namespace borelli

@@ -36,7 +36,7 @@ std::string segment_of(const XmlElement& e) {
 }
 
 // "/jointset/hip" and "../knee/offset" give "/jointset/knee/offset".
-std::string joined(const std::string& from, const std::string& path) {
+std::string joined_paths(const std::string& from, const std::string& path) {
   std::vector<std::string> parts;
   const auto add = [&](const std::string& text) {
     for (std::size_t at = 0; at <= text.size();) {
@@ -114,7 +114,7 @@ OsimFrame OsimFrames::look_up(const XmlElement& element, const std::string& name
   const std::string last = name.substr(name.find_last_of('/') + 1);
   if (last == "ground") return {world_name, {}};
   const auto own = paths_.find(&element);
-  if (const auto at = by_path_.find(joined(own == paths_.end() ? "" : own->second, name));
+  if (const auto at = by_path_.find(joined_paths(own == paths_.end() ? "" : own->second, name));
       at != by_path_.end())
     return place(*at->second, depth);
   const auto [first, end] = by_name_.equal_range(last);

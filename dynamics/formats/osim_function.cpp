@@ -12,18 +12,18 @@ namespace {
 
 constexpr std::size_t most_values = 1'000'000;
 
-bool is_function(const XmlElement& e) {
+bool is_osim_function(const XmlElement& e) {
   const std::string& n = e.name;
   return n.ends_with("Function") || n.ends_with("Spline") || n == "Constant" || n == "Sine" ||
          e.text("name") == "function";
 }
 
-double number_of(const XmlElement& function, std::string_view child, double standard) {
+double osim_number(const XmlElement& function, std::string_view child, double standard) {
   const XmlElement* e = function.child(child);
   return e ? e->content_numbers(1, 1)[0] : standard;
 }
 
-std::vector<double> values_of(const XmlElement& function, std::string_view child) {
+std::vector<double> osim_values(const XmlElement& function, std::string_view child) {
   return function.require_child(child).content_numbers(0, most_values);
 }
 
@@ -34,14 +34,14 @@ TimeFunction line_through(const std::vector<double>& x, const std::vector<double
 }
 
 TimeFunction table_of(const XmlElement& function) {
-  const Table table(values_of(function, "x"), values_of(function, "y"), SplineEnds::forsythe);
+  const Table table(osim_values(function, "x"), osim_values(function, "y"), SplineEnds::forsythe);
   if (const std::string bad = table.complaint(); !bad.empty()) function.refuse(bad);
   return table.times.size() == 2 ? line_through(table.times, table.values) : table;
 }
 
 // The speed of a coordinate would jump at each bend of a piecewise linear function.
 TimeFunction piecewise_of(const XmlElement& function) {
-  const std::vector<double> x = values_of(function, "x"), y = values_of(function, "y");
+  const std::vector<double> x = osim_values(function, "x"), y = osim_values(function, "y");
   if (const std::string bad = CubicSpline::complaint(x, y, SplineEnds::natural); !bad.empty())
     function.refuse("its table: " + bad);
   const TimeFunction line = line_through(x, y);
@@ -58,7 +58,7 @@ TimeFunction piecewise_of(const XmlElement& function) {
 const XmlElement* osim_function_in(const XmlElement& holder) {
   const XmlElement* inside = holder.child("function");
   for (const XmlElement& c : inside ? inside->children : holder.children)
-    if (inside || is_function(c)) {
+    if (inside || is_osim_function(c)) {
       c.read = true;
       return &c;
     }
@@ -70,7 +70,7 @@ TimeFunction read_osim_function(const XmlElement& function) {
   const std::string& kind = function.name;
   TimeFunction out;
   if (kind == "Constant") {
-    out = constant(number_of(function, "value", 0));
+    out = constant(osim_number(function, "value", 0));
   } else if (kind == "LinearFunction") {
     const XmlElement* e = function.child("coefficients");
     const std::vector<double> c = e ? e->content_numbers(2, 2) : std::vector<double>{1, 0};
@@ -80,8 +80,8 @@ TimeFunction read_osim_function(const XmlElement& function) {
     std::reverse(c.begin(), c.end());
     out = Polynomial{c};
   } else if (kind == "Sine") {
-    out = Sine{number_of(function, "amplitude", 1), number_of(function, "omega", 1),
-               number_of(function, "phase", 0), number_of(function, "offset", 0)};
+    out = Sine{osim_number(function, "amplitude", 1), osim_number(function, "omega", 1),
+               osim_number(function, "phase", 0), osim_number(function, "offset", 0)};
   } else if (kind == "SimmSpline" || kind == "NaturalCubicSpline" || kind == "natCubicSpline") {
     out = table_of(function);
   } else if (kind == "PiecewiseLinearFunction") {
@@ -89,7 +89,7 @@ TimeFunction read_osim_function(const XmlElement& function) {
   } else if (kind == "MultiplierFunction") {
     const XmlElement* inner = osim_function_in(function);
     if (!inner) function.refuse("has no function to multiply");
-    out = scaled(read_osim_function(*inner), number_of(function, "scale", 1));
+    out = scaled_function(read_osim_function(*inner), osim_number(function, "scale", 1));
   } else {
     function.refuse(
         "is a function that is not known; expected Constant, LinearFunction, PolynomialFunction, Sine, "
@@ -99,7 +99,7 @@ TimeFunction read_osim_function(const XmlElement& function) {
   return out;
 }
 
-TimeFunction scaled(TimeFunction function, double factor) {
+TimeFunction scaled_function(TimeFunction function, double factor) {
   if (auto* polynomial = std::get_if<Polynomial>(&function)) {
     for (double& c : polynomial->coefficients) c *= factor;
   } else if (auto* sine = std::get_if<Sine>(&function)) {
@@ -112,7 +112,7 @@ TimeFunction scaled(TimeFunction function, double factor) {
   return function;
 }
 
-bool is_linear(const TimeFunction& function) {
+bool is_line(const TimeFunction& function) {
   const auto* polynomial = std::get_if<Polynomial>(&function);
   if (!polynomial) return false;
   const auto& c = polynomial->coefficients;

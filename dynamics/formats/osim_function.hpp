@@ -16,9 +16,9 @@ const XmlElement* osim_function_in(const XmlElement& holder);
 TimeFunction read_osim_function(const XmlElement& function);
 
 /// `factor` times a function.
-TimeFunction scaled(TimeFunction function, double factor);
+TimeFunction scaled_function(TimeFunction function, double factor);
 
 /// Whether a function is c0 + c1 x.
-bool is_linear(const TimeFunction& function);
+bool is_line(const TimeFunction& function);
 
 }  // namespace borelli

@@ -131,7 +131,7 @@ OsimJoints::Axis OsimJoints::custom_axis(const OsimJoint& joint, const XmlElemen
   else if (axis.coordinate >= 0)
     axis.part.by = linear(0, 1);
   const auto* polynomial = std::get_if<Polynomial>(&axis.part.by);
-  if (polynomial && at(axis.part.by, 0).rate == 0 && is_linear(axis.part.by)) axis.coordinate = -1;
+  if (polynomial && at(axis.part.by, 0).rate == 0 && is_line(axis.part.by)) axis.coordinate = -1;
   return axis;
 }
 
@@ -225,7 +225,7 @@ Switch OsimJoints::switch_of(const OsimJoint& joint, std::vector<GuidedPart> par
                              const Coordinate& coordinate) {
   Switch out;
   const TimeValue first = at(parts[0].by, 0);
-  if (parts.size() == 1 && is_linear(parts[0].by) && std::abs(first.rate) == 1 && first.value == 0) {
+  if (parts.size() == 1 && is_line(parts[0].by) && std::abs(first.rate) == 1 && first.value == 0) {
     const Vector3d axis = first.rate * parts[0].axis;
     out.kind =
         parts[0].kind == PartKind::rotation ? SwitchKind(Rotation{axis}) : SwitchKind(Translation{axis});
@@ -272,7 +272,7 @@ std::vector<Switch> OsimJoints::read(const OsimJoint& joint) {
       if (axes[i].coordinate < 0 && at(axes[i].part.by, 0).value == 0) continue;
       parts.push_back(axes[i].part);
     }
-    if (parts.size() == 1 && is_linear(parts[0].by)) {
+    if (parts.size() == 1 && is_line(parts[0].by)) {
       if (const double value = at(parts[0].by, 0).value; value != 0) {
         out.push_back(fixed_switch(part_at_zero(parts[0])));
         parts[0].by = linear(0, at(parts[0].by, 0).rate);
@@ -289,7 +289,7 @@ std::vector<Switch> OsimJoints::read(const OsimJoint& joint) {
   return out;
 }
 
-std::vector<Switch> inverse(std::vector<Switch> switches) {
+std::vector<Switch> inverse_motion(std::vector<Switch> switches) {
   std::reverse(switches.begin(), switches.end());
   for (Switch& one : switches)
     std::visit(

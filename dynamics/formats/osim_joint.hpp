@@ -44,6 +44,6 @@ class OsimJoints {
 };
 
 /// The inverse of a motion: its switches in reverse order, each the other way.
-std::vector<Switch> inverse(std::vector<Switch> switches);
+std::vector<Switch> inverse_motion(std::vector<Switch> switches);
 
 }  // namespace borelli

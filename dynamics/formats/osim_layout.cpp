@@ -10,10 +10,13 @@
 namespace borelli {
 namespace {
 
-std::vector<const XmlElement*> coordinates_of(const XmlElement& joint) {
+std::vector<const XmlElement*> osim_coordinates(const XmlElement& joint) {
   std::vector<const XmlElement*> out;
   const XmlElement* list = joint.child("coordinates");
-  if (const XmlElement* set = joint.child("CoordinateSet")) list = set->child("objects");
+  if (const XmlElement* set = joint.child("CoordinateSet")) {
+    list = set->child("objects");
+    set->child("groups");
+  }
   if (!list) return out;
   for (const XmlElement& c : list->children)
     if (c.name == "Coordinate") {
@@ -32,7 +35,7 @@ OsimJoint old_joint(const XmlElement& joint, const std::string& body, const Osim
       {osim_rotation(osim_vector(joint, "orientation_in_parent")), osim_vector(joint, "location_in_parent")}};
   out.child = {body, {osim_rotation(osim_vector(joint, "orientation")), osim_vector(joint, "location")}};
   out.inverted = osim_flag(joint, "reverse", false);
-  out.coordinates = coordinates_of(joint);
+  out.coordinates = osim_coordinates(joint);
   return out;
 }
 
@@ -41,7 +44,7 @@ OsimJoint new_joint(const XmlElement& joint, const OsimFrames& frames) {
   OsimJoint out{.name = joint.text("name"), .element = &joint, .parent = {}, .child = {}, .coordinates = {}};
   out.parent = frames.named_by(joint, {"socket_parent_frame"});
   out.child = frames.named_by(joint, {"socket_child_frame"});
-  out.coordinates = coordinates_of(joint);
+  out.coordinates = osim_coordinates(joint);
   return out;
 }
 
@@ -87,7 +90,11 @@ OsimLayout read_osim_layout(const XmlElement& model, const OsimFrames& frames) {
     body->read = true;
     const std::string& name = body->require("name");
     const XmlElement* joint = joint_in(*body);
-    if (name == "ground") continue;
+    if (name == "ground") {
+      for (const XmlElement& c : body->children)  // the world has no mass
+        if (c.name.starts_with("mass") || c.name.starts_with("inertia")) c.read = true;
+      continue;
+    }
     if (name.empty()) body->refuse("its name is empty; give it one");
     if (name == world_name) body->refuse("bears the fixed frame's name; rename it");
     if (!names.insert(name).second) body->refuse("there are two of this name; names must differ");

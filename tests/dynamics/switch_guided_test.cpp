@@ -197,7 +197,8 @@ TEST(Guided, IsReadAndWritten) {
 
 TEST(Guided, BadPartsAreRefused) {
   const auto complaint = [](const std::string& joint) {
-    const auto scene = parse_scene("[[solid]]\nname = \"a\"\nmass = 1\njoint = {" + joint + "}\n", "a.toml");
+    const auto scene = parse_scene(
+        "[[solid]]\nname = \"a\"\nmass = 1\ntensor = [1, 1, 1]\njoint = {" + joint + "}\n", "a.toml");
     return scene ? std::string() : scene.error().message();
   };
   EXPECT_NE(complaint("guided = []").find("at least one part"), std::string::npos);

@@ -138,10 +138,19 @@ inline std::vector<OsimPart> all_joints() {
   const std::vector<double> x{-1.2, -0.7, -0.3, 0.1, 0.5, 0.8};
   out[9].axes = {linear_axis(Z, "knee_angle"),
                  spline_axis(askew, "knee_angle", x, {0.3, 0.1, -0.1, 0.05, 0.2, 0.6}, 0.8),
-                 spline_axis(Y, "knee_angle", x, {-0.2, 0.1, 0.2, 0.15, -0.1, -0.3}, 1),
+                 still_axis(Y, 0.15),
                  spline_axis(X, "knee_angle", x, {0.01, 0.03, 0.02, -0.02, -0.01, 0.04}, 1.1),
                  spline_axis(Y, "knee_angle", x, {-0.4, -0.41, -0.39, -0.4, -0.42, -0.4}, 0.9),
                  still_axis(Z, 0.015)};
+  return out;
+}
+
+/// A knee on the ground whose three rotations all move with its one coordinate, as in Rajagopal's model.
+inline OsimPart turning_knee() {
+  OsimPart out = all_joints().back();
+  out.parent = "ground";
+  out.axes[2] = spline_axis(Eigen::Vector3d::UnitY(), "knee_angle", {-1.2, -0.7, -0.3, 0.1, 0.5, 0.8},
+                            {-0.2, 0.1, 0.2, 0.15, -0.1, -0.3}, 1);
   return out;
 }
 
