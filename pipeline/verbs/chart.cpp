@@ -147,7 +147,7 @@ Result<nlohmann::json> work(const ChartOptions& o, const Command& command) {
     asked += fmt::format(" {} {} {}", o.reference, given->error, digest_of_bytes(*bytes));
     settings.reference = std::move(*given);
   } else if (o.reference_error) {
-    return bad_use("--reference-error", "is of a file that --reference gives: give both, or neither");
+    return bad_use("--reference-error", "applies only to the file of --reference; give both, or neither");
   }
   const KeptPoints kept(folder / partial, asked);
 
@@ -156,7 +156,7 @@ Result<nlohmann::json> work(const ChartOptions& o, const Command& command) {
   WorkPrecisionObserver observer;
   Result<void> written;
   constexpr const char* stopped =
-      "\nborelli: stopped; the same command goes on from the methods that are through\n";
+      "\nborelli: stopped; the same command continues after the last finished method\n";
   observer.known = kept.read();
   if (!observer.known.empty()) say_when_stopped(stopped);
   observer.progress = [&](const std::string&, double fraction) { bar.update(fraction); };
@@ -181,9 +181,9 @@ Result<nlohmann::json> work(const ChartOptions& o, const Command& command) {
                  1e3 * p->seconds, p->evaluations);
     const std::string why = why_no_drawing(*chart), page = (folder / "chart.html").string();
     if (why.empty())
-      fmt::print("{}: the drawings on a page; beside it SVG, PNG and CSV\n", page);
+      fmt::print("{}: page with the drawings; SVG, PNG and CSV files are beside it\n", page);
     else
-      fmt::print("{} {}: the table on a page; beside it CSV\n", why, page);
+      fmt::print("{} {}: page with the table; the CSV file is beside it\n", why, page);
   }
   return json_of(*chart);
 }
@@ -194,42 +194,51 @@ void add_chart(CLI::App& program, Command& command) {
   std::vector<std::string> methods = integrator_names();
   methods.emplace_back(automatic);
   auto* verb = program.add_subcommand(
-      "chart", "Run a scene by every method; draw error against cost (work-precision)");
+      "chart",
+      "Run a scene with every method and draw the error against the computing time (work-precision chart)");
   auto o = std::make_shared<ChartOptions>();
-  verb->add_option("scene", o->scene, "The scene: TOML, MJCF, URDF or OpenSim")->required();
+  verb->add_option("scene", o->scene, "Scene file: TOML, MJCF, URDF or OpenSim")->required();
   add_model_options(*verb, o->model);
-  verb->add_option("-o,--out", o->folder, "Folder for page, drawings and table")->capture_default_str();
-  verb->add_option("--methods", o->settings.methods,
-                   "Integrators, and auto (--accuracy), with commas between [all]")
+  verb->add_option("-o,--out", o->folder, "Folder for the page, the drawings and the table")
+      ->capture_default_str();
+  verb->add_option(
+          "--methods", o->settings.methods,
+          "Integrators, separated by commas; `auto` chooses one as simulate --accuracy does (default: all)")
       ->delimiter(',')
       ->check(CLI::IsMember(methods));
-  verb->add_option("--equations", o->equations, "Equations of motion to run")
+  verb->add_option("--equations", o->equations,
+                   "Equations of motion: recursive (along the tree), lagrange (the paper's scan), or both, "
+                   "separated by commas")
       ->delimiter(',')
       ->check(CLI::IsMember({"recursive", "lagrange"}))
       ->capture_default_str();
-  verb->add_option("--constraints", o->constraints, "What keeps the constraints")
+  verb->add_option("--constraints", o->constraints,
+                   "Treatment of constraint drift: projection, baumgarte, or both, separated by commas")
       ->delimiter(',')
       ->check(CLI::IsMember({"projection", "baumgarte"}))
       ->capture_default_str();
-  verb->add_option("--end", o->end, "End time, s")->check(positive_number());
-  verb->add_option("--outputs", o->settings.outputs, "Times at which runs are compared")
+  verb->add_option("--end", o->end, "End time of each run, s (default: the scene's)")
+      ->check(positive_number());
+  verb->add_option("--outputs", o->settings.outputs, "Number of times at which runs are compared")
       ->check(CLI::Range(1, 10000))
       ->capture_default_str();
-  verb->add_option("--repeats", o->settings.repeats, "Runs per point; times are their medians")
+  verb->add_option("--repeats", o->settings.repeats, "Runs per point; the reported time is their median")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
-  verb->add_option("--per-decade", o->settings.per_decade, "Tolerances per decade, of adaptive methods")
+  verb->add_option("--per-decade", o->settings.per_decade, "Tolerances per decade for adaptive methods")
       ->check(CLI::Range(1, 10))
       ->capture_default_str();
-  verb->add_option("--budget", o->settings.budget,
-                   "Processor time per run, s; a method's ladder ends with the first run that takes longer")
+  verb->add_option(
+          "--budget", o->settings.budget,
+          "Processor time per run, s; a method gets no finer setting after its first run that takes longer")
       ->check(number_within(1e-5, 1e6))  // less than the shortest run would give an empty chart
       ->capture_default_str();
   verb->add_option("--reference", o->reference,
-                   "A motion known better than any run (a closed form), as simulate writes it: CSV or HDF5, "
-                   "a row at each output time");
-  verb->add_option("--reference-error", o->reference_error,
-                   "Error of the reference, relative to the scene's length and in rad [1e-12]")
+                   "Reference motion that is more accurate than any run, for example a closed form: a CSV or "
+                   "HDF5 file as simulate writes it, with one row per output time");
+  verb->add_option(
+          "--reference-error", o->reference_error,
+          "Error of the reference: positions relative to the scene's length, angles in rad (default: 1e-12)")
       ->check(positive_number());
   group_options(*verb, "Runs",
                 {"--methods", "--equations", "--constraints", "--end", "--outputs", "--repeats",

@@ -68,12 +68,11 @@ Result<void> CheckpointFile::watch(const std::string& scene, Observer& observer)
     const auto bytes = read_input_file(path_, any_size);
     if (!bytes) return tl::unexpected(bytes.error());
     if (!bytes->starts_with("borelli checkpoint, "))
-      return bad_use(path_, "is there already, and no checkpoint");
+      return bad_use(path_, "exists already and is not a checkpoint; name another file");
     if (!bytes->starts_with(header_))
-      return bad_use(
-          path_,
-          "is the checkpoint of another scene, other settings or another version of the program; remove "
-          "it, or name another file");
+      return bad_use(path_,
+                     "is the checkpoint of another scene, of other settings or of another version of the "
+                     "program; remove it, or name another file");
     observer.checkpoint = bytes->substr(header_.size());
   } else if (auto fine = check_writable(path_); !fine) {
     return fine;

@@ -83,7 +83,7 @@ void print(const Economy& economy) {
                m.change.empty() ? "the whole model" : m.change + " locked", m.error, m.coordinates, m.bodies,
                1e3 * m.seconds, m.evaluations);
   for (const EconomyRefusal& r : economy.refusals)
-    fmt::print("  stays: {:33} {}\n", r.change,
+    fmt::print("  kept free: {:33} {}\n", r.change,
                std::isnan(r.error) ? r.reason : fmt::format("{:10.2g}", r.error));
   fmt::print("{}\n", in_words(economy));
 }
@@ -91,13 +91,12 @@ void print(const Economy& economy) {
 Result<nlohmann::json> work_on_volume(const EconomyOptions& o, const Command& command) {
   const std::filesystem::path folder = o.folder;
   if (o.of_scene || o.model.floating)
-    return bad_use(
-        o.input,
-        "is a volume, which takes --tolerance and --quantity alone; the other options are for scenes");
+    return bad_use(o.input,
+                   "is a volume: only --tolerance and --quantity apply; leave out the options for scenes");
   const auto scanned = read_volume(command, o.input, o.quantity);
   if (!scanned) return tl::unexpected(scanned.error());
   if (scanned->volume.quantity == Quantity::mr)
-    return bad_use(o.input, "is MR, which has no densities to make a table of: give CT or densities");
+    return bad_use(o.input, "is an MR volume, which gives no densities; give a CT or density volume");
   ProgressBar bar(command.json);
   bar.begin("economy");
   const auto economy = volume_economy(scanned->volume, o.settings.tolerance, command.threads,
@@ -124,7 +123,8 @@ Result<nlohmann::json> work_on_volume(const EconomyOptions& o, const Command& co
                         {"seconds", t.seconds}});
   if (!command.json) {
     for (const std::string& sentence : in_words(*economy)) fmt::print("{}\n", sentence);
-    fmt::print("{}: drawings on a page; beside it SVG, PNG and CSV\n", (folder / "economy.html").string());
+    fmt::print("{}: page with the drawings; SVG, PNG and CSV files are beside it\n",
+               (folder / "economy.html").string());
   }
   nlohmann::json doubt = nlohmann::json::array();
   for (std::size_t c = 0; c < std::size(parts_choices); ++c)
@@ -142,7 +142,7 @@ Result<nlohmann::json> work_on_volume(const EconomyOptions& o, const Command& co
 Result<nlohmann::json> work_on_scene(const EconomyOptions& o, const Command& command) {
   const std::filesystem::path folder = o.folder;
   if (!o.quantity.empty())
-    return bad_use("--quantity", "says what a volume holds, and " + o.input + " is a scene: give --keep");
+    return bad_use("--quantity", "applies only to volumes, and " + o.input + " is a scene; use --keep");
   auto model = read_model(command, o.input, o.model);
   if (!model) return tl::unexpected(model.error());
   model->scene.simulation.end_time = o.end.value_or(model->scene.simulation.end_time);
@@ -155,7 +155,7 @@ Result<nlohmann::json> work_on_scene(const EconomyOptions& o, const Command& com
   if (auto done = write_all(*economy, folder, command.warnings()); !done) return tl::unexpected(done.error());
   if (!command.json) {
     print(*economy);
-    fmt::print("{}: the smallest model; beside it a page, SVG, PNG and CSV\n",
+    fmt::print("{}: the smallest model; a page, SVG, PNG and CSV files are beside it\n",
                (folder / "scene.toml").string());
   }
   return json_of(*economy);
@@ -164,27 +164,32 @@ Result<nlohmann::json> work_on_scene(const EconomyOptions& o, const Command& com
 }  // namespace
 
 void add_economy(CLI::App& program, Command& command) {
-  auto* verb = program.add_subcommand(
-      "economy",
-      "Find the smallest model of a scene, or the coarsest voxels and grid of a scan, within a tolerance");
+  auto* verb = program.add_subcommand("economy",
+                                      "Find the smallest model of a scene, or the coarsest voxels and work "
+                                      "grid of a scan, whose result stays within a tolerance");
   auto o = std::make_shared<EconomyOptions>();
-  verb->add_option("input", o->input, "A scene (TOML, MJCF, URDF, OpenSim), or a CT or density volume")->required();
+  verb->add_option("input", o->input, "Scene (TOML, MJCF, URDF or OpenSim), or CT or density volume")->required();
   add_model_options(*verb, o->model);
-  verb->add_option("-o,--out", o->folder, "Folder for the scene, page, drawings and table")
+  verb->add_option("-o,--out", o->folder, "Folder for the scene, the page, the drawings and the table")
       ->capture_default_str();
-  verb->add_option("--keep", o->settings.quantities,
-                   "Of a scene: what is to stay within --tolerance: centre, solid:NAME, solid:NAME:x,y,z, "
-                   "turn:NAME, coordinate:NAME; may be repeated (default: all solids' gravity centres)");
-  verb->add_option("--quantity", o->quantity,
-                   "Of a volume: what its voxels hold: hu, density_kgm3, density_gcm3");
+  verb->add_option(
+      "--keep", o->settings.quantities,
+      "Scene: what must stay within --tolerance: centre, solid:NAME, solid:NAME:x,y,z, turn:NAME or "
+      "coordinate:NAME; may be repeated (default: the gravity centres of all solids)");
+  verb->add_option(
+      "--quantity", o->quantity,
+      "Volume: what its voxels hold: hu, density_kgm3 or density_gcm3 (default: taken from the file)");
   verb->add_option("--tolerance", o->tolerance,
-                   "Largest error, as 1% or 0.01 (default): of a scene's lengths over its own, of angles in "
-                   "rad; of a table's entries, relative");
-  verb->add_option("--end", o->end, "End time, s")->check(positive_number());
-  verb->add_option("--outputs", o->settings.outputs, "Least number of times at which motions are compared")
+                   "Largest error, as 1% or 0.01 (default: 1%): lengths relative to the scene's size, angles "
+                   "in rad, entries of an inertia table relative");
+  verb->add_option("--end", o->end, "Scene: end time of each run, s (default: the scene's)")
+      ->check(positive_number());
+  verb->add_option("--outputs", o->settings.outputs,
+                   "Scene: least number of times at which motions are compared")
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
-  verb->add_option("--repeats", o->settings.repeats, "Runs per model; times are their medians")
+  verb->add_option("--repeats", o->settings.repeats,
+                   "Scene: runs per model; the reported time is their median")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   verb->callback([&command, o, verb] {

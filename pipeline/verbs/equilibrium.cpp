@@ -21,7 +21,7 @@ struct EquilibriumOptions : StateOptions {
 Result<json> work(const EquilibriumOptions& o, const Command& command) {
   if (!o.output.empty()) {
     if (!o.output.ends_with(".json"))
-      return bad_use(o.output, "does not end in .json, as a state's file does");
+      return bad_use(o.output, "is not a .json file; name the state file with the ending .json");
     if (auto fine = check_writable(o.output, {o.scene}); !fine) return tl::unexpected(fine.error());
   }
   const auto given = read_scene_at_state(o, command);
@@ -54,12 +54,12 @@ Result<json> work(const EquilibriumOptions& o, const Command& command) {
 }  // namespace
 
 void add_equilibrium(CLI::App& program, Command& command) {
-  auto* verb = program.add_subcommand(
-      "equilibrium",
-      "Where a scene stays at rest, near a state, as JSON (`modes` tells whether it is stable)");
+  auto* verb = program.add_subcommand("equilibrium",
+                                      "Find a state of rest near a given state and print it as JSON "
+                                      "(`borelli modes` tells whether it is stable)");
   auto o = std::make_shared<EquilibriumOptions>();
   add_state_options(*verb, *o);
-  verb->add_option("-o,--out", o->output, "The state, for --state of other verbs (.json)");
+  verb->add_option("-o,--out", o->output, "File for the state (.json); --state of other verbs reads it");
   verb->callback([&command, o] { command.work = [o](const Command& c) { return work(*o, c); }; });
 }
 

@@ -76,7 +76,9 @@ Result<SolidPoint> point_of(const std::string& text) {
   char comma[2] = {',', ','};
   numbers >> out.point[0] >> comma[0] >> out.point[1] >> comma[1] >> out.point[2];
   if (!numbers || numbers.peek() != EOF || comma[0] != ',' || comma[1] != ',')
-    return bad_use("--point " + text, "is no point: expected SOLID:X,Y,Z in the solid's axes, m, or SOLID");
+    return bad_use(
+        "--point " + text,
+        "is not a point; expected SOLID:X,Y,Z in the solid's axes, in metres, or SOLID for its origin");
   return out;
 }
 
@@ -176,22 +178,22 @@ Result<json> work(const EvaluateOptions& o, const Command& command) {
 
 void add_evaluate(CLI::App& program, Command& command) {
   auto* verb = program.add_subcommand(
-      "evaluate", "Accelerations, mass matrix, bias, energies, momenta, loads of joints at a state, as JSON");
+      "evaluate",
+      "Print accelerations, mass matrix, bias, energies, momenta and joint reactions at one state as JSON");
   auto o = std::make_shared<EvaluateOptions>();
   add_state_options(*verb, *o);
-  verb->add_flag(
-      "--derivatives", o->derivatives,
-      "Also how accelerations and multipliers change with q (a ball's by small turns in its own axes), v, "
-      "efforts and inertias");
-  verb->add_flag(
-      "--jacobians", o->jacobians,
-      "Also the gravity centre's Jacobian and the centroidal momentum matrix (angular, then linear)");
-  verb->add_option(
-      "--point", o->points,
-      "Also position, velocity, Jacobian and bias of a point SOLID:X,Y,Z of a solid; may be repeated");
+  verb->add_flag("--derivatives", o->derivatives,
+                 "Add the derivatives of accelerations and multipliers by q (for a ball: by small rotations "
+                 "about its own axes), v, efforts and inertias");
+  verb->add_flag("--jacobians", o->jacobians,
+                 "Add the gravity centre's Jacobian and the centroidal momentum matrix (angular rows first, "
+                 "then linear)");
+  verb->add_option("--point", o->points,
+                   "Add position, velocity, Jacobian and bias of a point of a solid, SOLID:X,Y,Z in metres; "
+                   "may be repeated");
   verb->add_option("--reactions", o->reactions,
-                   "Also what each solid has from its parent through its joint: force and moment about the "
-                   "joint's point, along the axes of the world or of the parent")
+                   "Add the reaction on each solid from its parent through the joint: force, and moment "
+                   "about the joint's point, in the axes of the world or of the parent")
       ->check(CLI::IsMember({"world", "parent"}));
   verb->callback([&command, o] { command.work = [o](const Command& c) { return work(*o, c); }; });
 }

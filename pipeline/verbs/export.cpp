@@ -70,7 +70,7 @@ Result<json> run(const ExportAsked& wanted, const Command& command) {
                                               return true;
                                             }});
   if (!meshes) return tl::unexpected(meshes.error());
-  if (meshes->empty()) return failure(wanted.labels, "has no labelled voxel");
+  if (meshes->empty()) return failure(wanted.labels, "contains no labelled voxel");
   bar.end(fmt::format("{} parts", meshes->size()));
 
   const bool all = wanted.nothing_named();
@@ -87,7 +87,7 @@ Result<json> run(const ExportAsked& wanted, const Command& command) {
     fmt::print("{:<18} {:>10} {:>10}\n", "part", "triangles", "litres");
     for (const Mesh& mesh : *meshes)
       fmt::print("{:<18} {:>10} {:>10.3f}\n", mesh.name, mesh.triangles.size(), 1e3 * enclosed_volume(mesh));
-    fmt::print("{} files are in {}\n", files->size(), wanted.folder);
+    fmt::print("wrote {} files to {}\n", files->size(), wanted.folder);
   }
   return account(*meshes, *files);
 }
@@ -95,19 +95,20 @@ Result<json> run(const ExportAsked& wanted, const Command& command) {
 }  // namespace
 
 void add_export(CLI::App& program, Command& command) {
-  auto* verb = program.add_subcommand("export", "Write a mesh per body part, and a picture of them");
+  auto* verb = program.add_subcommand("export", "Write one mesh per body part, and a picture of the body");
   auto wanted = std::make_shared<ExportAsked>();
-  verb->add_option("labels", wanted->labels, "A label map: .nii.gz, .nrrd, .mha")->required();
+  verb->add_option("labels", wanted->labels, "Label map: .nii.gz, .nrrd or .mha")->required();
   verb->add_option("-o,--out", wanted->folder, "Folder for the files")->required();
   verb->add_option("--label-names", wanted->names,
-                   "Names of the labels (TSV); by default the one beside the labels");
-  verb->add_flag("--stl", wanted->stl, "Meshes as STL (with no format named: STL and VTP)");
-  verb->add_flag("--vtp", wanted->vtp, "Meshes as VTP");
-  verb->add_flag("--picture", wanted->picture, "A picture, body.png");
+                   "Names of the labels, a TSV file (default: the file of names beside the label map)");
+  verb->add_flag("--stl", wanted->stl,
+                 "Write meshes as STL (default without --stl, --vtp and --picture: STL and VTP)");
+  verb->add_flag("--vtp", wanted->vtp, "Write meshes as VTP");
+  verb->add_flag("--picture", wanted->picture, "Draw a picture, body.png; needs an X display");
   verb->add_option("--landmarks", wanted->landmarks,
-                   "Landmarks (JSON), whose joint centres the picture shows");
+                   "Landmarks (JSON); the picture shows their joint centres");
   verb->add_option("--mesh-tolerance", wanted->tolerance_mm,
-                   "How far fewer triangles may move the surface, mm")
+                   "How far mesh simplification may move the surface, mm (default: 1)")
       ->check(number_within(0.0, 50.0));
   verb->callback([&command, wanted] {
     command.work = [wanted](const Command& chosen) { return run(*wanted, chosen); };

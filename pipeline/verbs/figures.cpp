@@ -42,10 +42,10 @@ Result<nlohmann::json> work(const std::filesystem::path& folder, const Command& 
 }  // namespace
 
 void add_figures(CLI::App& program, Command& command) {
-  auto* verb =
-      program.add_subcommand("figures", "Draw the paper's figures 2, 3, 4, 6, 7, 8 and 10 from our own runs");
+  auto* verb = program.add_subcommand(
+      "figures", "Draw the paper's figures 2, 3, 4, 6, 7, 8 and 10 from runs of this program");
   auto folder = std::make_shared<std::string>("figures");
-  verb->add_option("-o,--out", *folder, "Folder for the SVG pictures and the CSV of their data")
+  verb->add_option("-o,--out", *folder, "Folder for the SVG pictures and the CSV tables of their data")
       ->capture_default_str();
   verb->callback(
       [&command, folder] { command.work = [folder](const Command& c) { return work(*folder, c); }; });

@@ -52,7 +52,7 @@ Result<std::string> cuts_of(const InertiaSettings& settings) {
   if (told->empty()) *told = settings.convention.empty() ? MeasureOptions{}.cuts : settings.convention;
   if (!settings.convention.empty() && settings.convention != *told)
     return bad_use("--convention " + settings.convention,
-                   fmt::format("the labels were cut by {}, as {} says: leave it out, or segment anew by it",
+                   fmt::format("{} cut the labels, says {}; leave --convention out, or segment again with it",
                                *told, settings.findings));
   return told;
 }
@@ -117,9 +117,8 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, cons
   command.warn(doubt_of_frames(settings.volume, settings.labels));
   if (const auto all = parts_beside(settings.labels); !classes && !all.empty())
     command.warn(
-        fmt::format("{} holds the segments that were asked for alone, and where they end the rest of "
-                    "the body would count as their skin; {} with --segments gives the numbers of the "
-                    "whole",
+        fmt::format("{} contains only the requested segments, so the rest of the body would count as their "
+                    "skin; measure {} with --segments instead",
                     settings.labels, all));
   auto asked = choose_segments(settings.segments, labels->names);
   if (!asked) return tl::unexpected(asked.error());
@@ -194,9 +193,9 @@ void print_table(const InertiaTable& table) {
   fmt::print("{}: {}\n", source.volume, source.quantity);
   if (!source.density_curve.empty())
     fmt::print("Density curve: {} ({})\n", source.density_curve, source.density_source);
-  fmt::print("Voxels: {}\nCuts: {}; frames: {}; pose: {}; beside: de Leva (1996){}\n\n", source.sampling,
-             source.cuts, source.frames, source.pose.empty() ? "not stated" : source.pose,
-             source.sex.empty() ? ", not shown without --sex" : ", " + source.sex);
+  fmt::print("Voxels: {}\nCuts: {}; frames: {}; pose: {}; compared with: de Leva (1996){}\n\n",
+             source.sampling, source.cuts, source.frames, source.pose.empty() ? "not stated" : source.pose,
+             source.sex.empty() ? ", not shown (give --sex)" : ", " + source.sex);
   if (!source.segmentation.empty()) fmt::print("Segmentation: {}\n\n", source.segmentation);
   fmt::print("{:<17} {:<7} {:>8} {:>6} {:>6} {:>6}  {:>9} {:>6} {:>6} {:>6}  {:<15} {:<15}\n", "part", "",
              "mass kg", "sd", "%", "deLeva", "endpoints", "mm", "centre", "deLeva", "radii X Y Z %",
@@ -216,15 +215,16 @@ void print_table(const InertiaTable& table) {
   }
   for (const auto& [note, of] : notes) fmt::print("\n{}: {}", of, note);
   if (!told_absent(table).empty())
-    fmt::print("\nThe body lacks parts, as told: percentages are of the mass that is there.");
+    fmt::print(
+        "\nPercentages refer to the mass that is present, because --absent names parts that the body lacks.");
   else if (table.whole.completeness != Completeness::whole)
-    fmt::print("\nThe scan does not hold the whole body: percentages are of the mass that it holds.");
+    fmt::print("\nPercentages refer to the scanned mass, because the scan does not contain the whole body.");
   fmt::print("\n");
   if (!source.sex.empty())
     for (const PublishedSummary& summary : published_summaries(table))
-      fmt::print("Beside {}\n", in_words(summary));
+      fmt::print("Published: {}\n", in_words(summary));
   const Eigen::Vector3d& c = table.whole.inertial.centre;
-  fmt::print("Gravity centre of the whole (m, left, back, up): {:.4f} {:.4f} {:.4f}\n", c[0], c[1], c[2]);
+  fmt::print("Gravity centre of the whole body (left, back, up): {:.4f} {:.4f} {:.4f} m\n", c[0], c[1], c[2]);
 }
 
 void print_differences(const std::vector<NamedTable>& tables) {
@@ -259,7 +259,7 @@ Result<void> check_outputs(const InertiaSettings& s) {
   inputs.insert(inputs.end(), s.compared.begin(), s.compared.end());
   for (const std::string& output : s.outputs) {
     if (!output.ends_with(".csv") && !output.ends_with(".json"))
-      return bad_use(output, "the table is written as .csv or .json");
+      return bad_use(output, "is not a .csv or .json file; the table is written as one of these");
     if (auto fine = check_writable(output, inputs); !fine) return fine;
   }
   return {};
@@ -288,17 +288,20 @@ Result<nlohmann::json> compare_files(const InertiaSettings& settings, const Comm
 Result<nlohmann::json> work(const InertiaSettings& settings, bool blur_chosen, const Command& command) {
   if (!settings.compared.empty()) {
     if (!settings.volume.empty() || !settings.labels.empty())
-      return bad_use("--compare", "reads tables that are there; leave --volume and --labels out");
+      return bad_use("--compare", "reads existing tables; leave --volume and --labels out");
     return compare_files(settings, command);
   }
   if (settings.volume.empty() || settings.labels.empty())
-    return bad_use("inertia", "needs --volume and --labels, or --compare with two tables or more");
+    return bad_use("inertia", "needs --volume and --labels, or --compare with two or more tables");
   if (blur_chosen && settings.sampling == "points")
-    return bad_use("--blur-reach", "has no effect with --voxels points, which have no blur");
+    return bad_use("--blur-reach",
+                   "has no effect with --voxels points: drawn voxels have no blur; leave it out");
   if (!settings.findings.empty() && !settings.mapping.empty())
-    return bad_use("--findings", "has no effect with --label-mapping, by which the parts are found anew");
+    return bad_use(
+        "--findings",
+        "has no effect with --label-mapping, which finds the parts again; leave one of the two out");
   if (settings.measure.frames == "isb" && settings.landmarks.empty() && settings.mapping.empty())
-    return bad_use("--frames isb", "the ISB's frames are laid through landmarks: give --landmarks");
+    return bad_use("--frames isb", "the ISB's segment axes need landmarks; give --landmarks");
   if (auto fine = check_outputs(settings); !fine) return tl::unexpected(fine.error());
   const auto table = make_table_from_files(settings, command);
   if (!table) return tl::unexpected(table.error());
@@ -313,50 +316,54 @@ Result<nlohmann::json> work(const InertiaSettings& settings, bool blur_chosen, c
 }  // namespace
 
 void add_inertia(CLI::App& program, Command& command) {
-  auto* verb =
-      program.add_subcommand("inertia", "Mass, gravity centre and inertia tensor of each labelled part");
+  auto* verb = program.add_subcommand(
+      "inertia", "Measure mass, gravity centre and inertia tensor of each labelled part");
   auto settings = std::make_shared<InertiaSettings>();
-  verb->add_option("--volume", settings->volume, "CT or density volume: a DICOM folder or a file");
-  verb->add_option("--labels", settings->labels, "Label map on the volume's grid");
-  verb->add_option("--label-names", settings->names, "Names of its labels (TSV; default: beside it)");
+  verb->add_option("--volume", settings->volume, "CT, density or MR volume: a DICOM folder or a file");
+  verb->add_option("--labels", settings->labels, "Label map of the body parts on the volume's grid");
+  verb->add_option("--label-names", settings->names,
+                   "Names of the labels, a TSV file (default: the file of names beside the label map)");
   verb->add_option("--label-mapping", settings->mapping, label_mapping_help);
-  verb->add_option(
-      "--landmarks", settings->landmarks,
-      "Joint centres and bony points (JSON, or .mrk.json and .fcsv of 3D Slicer): lengths and axes");
+  verb->add_option("--landmarks", settings->landmarks,
+                   "Joint centres and bony points for segment lengths and axes (JSON, or .mrk.json and .fcsv "
+                   "of 3D Slicer)");
   verb->add_option("--findings", settings->findings,
-                   "segmentation.json of `borelli segment`: which parts are cut");
-  verb->add_option("--quantity", settings->quantity,
-                   "What the voxels hold: hu, density_kgm3, density_gcm3 or mr");
-  verb->add_option("--density-curve", settings->measure.density_curve,
-                   fmt::format("From CT numbers to density, by name (default: {})", default_density_curve));
+                   "segmentation.json of `borelli segment`; it says which parts the scan cuts off");
   verb->add_option(
-          "--voxels", settings->sampling,
-          "What a voxel's value is: points (a drawn volume), averages (a scan), auto (told by the skin)")
+      "--quantity", settings->quantity,
+      "What the voxels hold: hu, density_kgm3, density_gcm3 or mr (default: taken from the file)");
+  verb->add_option(
+      "--density-curve", settings->measure.density_curve,
+      fmt::format("Curve from CT numbers to densities, by name (default: {})", default_density_curve));
+  verb->add_option("--voxels", settings->sampling,
+                   "How to read a voxel's value: points (a drawn volume), averages (a scan) or auto (judged "
+                   "at the skin)")
       ->check(CLI::IsMember({"auto", "points", "averages"}));
   verb->add_option("--blur-reach", settings->measure.blur_reach,
                    "How far the scanner's blur reaches beyond a voxel, mm")
       ->check(number_within(0., 100.))
       ->capture_default_str();
   verb->add_option("--convention", settings->convention,
-                   "How the labels were cut: as `borelli segment` cuts, or a published way (default: as "
-                   "--findings says, else deleva1996)")
+                   "How the labels were cut: as `borelli segment` cuts, or by a published convention "
+                   "(default: as --findings says, otherwise deleva1996)")
       ->check(CLI::IsMember(cut_names));
   verb->add_option("--frames", settings->measure.frames,
-                   "Axes of the segments: along the joint centres, or as the ISB defines them")
+                   "Axes of the segments: joints (along the joint centres) or isb (as the ISB defines them)")
       ->check(CLI::IsMember({"joints", "isb"}))
       ->capture_default_str();
   verb->add_option("--segments", settings->segments, segments_help);
   verb->add_option("--compare", settings->compared,
-                   "Tables (.json) to compare instead: of two their differences, of more their means and "
+                   "Compare these tables (.json) instead: two give differences, more give means and "
                    "regressions on stature and mass");
-  verb->add_option("--stature", settings->measure.stature_m, "Sole to vertex, m: for group tables")
+  verb->add_option("--stature", settings->measure.stature_m,
+                   "Body height from sole to vertex, m; group tables need it")
       ->check(number_within(0.3, 2.8));
   verb->add_option("--sex", settings->measure.sex,
-                   "male or female: shows published values beside (default: as DICOM says)")
+                   "male or female; shows published values for comparison (default: from DICOM)")
       ->check(CLI::IsMember({"male", "female"}));
   verb->add_option("--pose", settings->measure.pose,
-                   "How the person lay or stood, e.g. supine (default: as DICOM says)");
-  verb->add_option("-o,--out", settings->outputs, "Table to write, .csv or .json; may be given twice");
+                   "How the person lay or stood, e.g. supine (default: from DICOM)");
+  verb->add_option("-o,--out", settings->outputs, "Table to write, .csv or .json; may be repeated");
   verb->add_flag("--keep-paths", settings->keep_paths, keep_paths_help);
   group_options(*verb, "Table",
                 {"--density-curve", "--voxels", "--blur-reach", "--convention", "--frames", "--segments"});

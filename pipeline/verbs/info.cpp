@@ -34,13 +34,14 @@ Result<nlohmann::json> said(Result<nlohmann::json> info, std::string (*text)(con
 }  // namespace
 
 void add_info(CLI::App& program, Command& command) {
-  auto* verb = program.add_subcommand("info", "Say what a volume, scene or trajectory holds");
+  auto* verb = program.add_subcommand("info", "Describe a volume, scene or trajectory");
   auto path = std::make_shared<std::string>();
   auto quantity = std::make_shared<std::string>();
   auto options = std::make_shared<ModelOptions>();
-  verb->add_option("file", *path, "A volume, a DICOM folder, a scene or a trajectory")->required();
+  verb->add_option("file", *path, "Volume, DICOM folder, scene or trajectory")->required();
   verb->add_option("--quantity", *quantity,
-                   "What a volume's voxels are: hu, density_kgm3, density_gcm3, labels, mr");
+                   "What a volume's voxels hold: hu, density_kgm3, density_gcm3, labels or mr (default: "
+                   "taken from the file)");
   add_model_options(*verb, *options);
   verb->callback([&command, path, quantity, options] {
     command.work = [path, quantity, options](const Command& chosen) -> Result<nlohmann::json> {
@@ -52,20 +53,21 @@ void add_info(CLI::App& program, Command& command) {
       const bool trajectory = is(".h5") || is(".hdf5") || is_trajectory(*path);
       if (trajectory && (!quantity->empty() || options->floating))
         return bad_use(quantity->empty() ? "--floating" : "--quantity",
-                       "has no effect on a trajectory, and " + *path + " is one");
+                       "does not apply to trajectories, and " + *path + " is one; leave it out");
       if (trajectory) return said(trajectory_info(*path), trajectory_info_text, chosen);
       const bool volume_asked = may_be_volume(*path);
       if (!volume_asked && !quantity->empty())
-        return bad_use("--quantity", "is of volumes, and " + *path + " is none");
+        return bad_use("--quantity", "applies only to volumes, and " + *path + " is not one; leave it out");
       if (volume_asked && options->floating)
-        return bad_use("--floating", "is of URDF models, and " + *path + " is none");
+        return bad_use("--floating",
+                       "applies only to URDF models, and " + *path + " is not one; leave it out");
       if (is(".toml") || is(".xml") || is(".urdf") || is(".mjcf") || is(".osim"))
         return said(scene_info(chosen, *path, *options), scene_info_text, chosen);
       if (volume_asked) return volume(*path, *quantity, chosen);
-      return bad_use(
-          *path, is(".csv")
-                     ? "is a table for people and spreadsheets; of trajectories as .h5 there is more to tell"
-                     : "is not a file that this program knows");
+      return bad_use(*path,
+                     is(".csv")
+                         ? "is a table for people and spreadsheets; name the trajectory's .h5 file for more"
+                         : "is not a volume, scene or trajectory that this program reads");
     };
   });
 }

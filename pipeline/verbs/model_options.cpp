@@ -5,12 +5,13 @@
 namespace borelli {
 
 void add_model_options(CLI::App& verb, ModelOptions& options) {
-  verb.add_flag("--floating", options.floating, "URDF: the root link moves freely instead of being fixed");
+  verb.add_flag("--floating", options.floating,
+                "URDF: let the root link move freely (default: fixed to the world)");
   verb.add_option("--lock", options.locked,
-                  "Keep a free coordinate or joint where it starts; may be repeated")
+                  "Keep a free coordinate or joint at its initial value, by name; may be repeated")
       ->allow_extra_args(false);
   verb.add_option("--minimum-mass", options.minimum_mass,
-                  "URDF and OpenSim: replace moving bodies lighter than this by balls of water of this mass, kg")
+                  "URDF and OpenSim: replace moving bodies lighter than this mass by balls of water of this mass, kg")
       ->check(number_not_negative());
 }
 

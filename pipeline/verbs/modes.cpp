@@ -54,11 +54,12 @@ Result<json> work(const ModesOptions& o, const Command& command) {
 }  // namespace
 
 void add_modes(CLI::App& program, Command& command) {
-  auto* verb = program.add_subcommand(
-      "modes", "Stability, frequencies, damping and shapes of small deviations from a steady state, as JSON");
+  auto* verb = program.add_subcommand("modes",
+                                      "Print stability, frequencies, damping and mode shapes of small "
+                                      "deviations from a steady state as JSON");
   auto o = std::make_shared<ModesOptions>();
   add_state_options(*verb, *o);
-  verb->add_flag("--equilibrium", o->equilibrium, "Look for an equilibrium first, from the state given");
+  verb->add_flag("--equilibrium", o->equilibrium, "First find an equilibrium near the given state");
   verb->callback([&command, o] { command.work = [o](const Command& c) { return work(*o, c); }; });
 }
 

@@ -98,7 +98,7 @@ std::string scene_info_text(const json& info) {
       out += fmt::format("  {} '{}': {}\n", std::string(key).substr(0, std::string(key).size() - 1),
                          action["name"].get<std::string>(), action["kind"].get<std::string>());
   const json& s = info["simulation"];
-  out += fmt::format("  to be simulated for {:g} s by {}\n", s["end_time"].get<double>(),
+  out += fmt::format("  end time {:g} s, method {}\n", s["end_time"].get<double>(),
                      s["method"].get<std::string>());
   return out;
 }

@@ -44,16 +44,20 @@ Result<std::pair<std::string, double>> angle_from(const std::string& text) {
     const auto read = std::from_chars(text.data() + equals + 1, end, value);
     if (read.ec == std::errc() && read.ptr == end) return std::pair{text.substr(0, equals), value};
   }
-  return bad_use("--pose", fmt::format("'{}' is not of the form knee_left_flexion=30 (degrees)", text));
+  return bad_use(
+      "--pose",
+      fmt::format("'{}' is not a joint angle; expected a form like knee_left_flexion=30, in degrees", text));
 }
 
 Result<void> settle(PhantomAsked& asked) {
   if (asked.seed_chosen && asked.scan.noise_hu == 0)
-    return bad_use("--seed", "is of the noise, and there is none: add --noise");
+    return bad_use("--seed", "applies only to noise; add --noise");
   if (asked.sex_chosen && asked.body.child)
-    return bad_use("--sex", "a child of six has the same proportions as girl and boy: leave it out");
+    return bad_use(
+        "--sex",
+        "has no effect with --child: a six-year-old has the same proportions as girl and boy; leave it out");
   if (asked.scan.streaks_hu > 0 && asked.body.metal_hip.empty())
-    return bad_use("--streaks", "come from metal, and there is none: add --metal-hip");
+    return bad_use("--streaks", "needs metal; add --metal-hip");
   if (!asked.crop.empty())
     for (int c = 0; c < 3; ++c) {
       asked.grid.crop_low[c] = asked.crop[static_cast<std::size_t>(2 * c)];
@@ -67,8 +71,7 @@ Result<void> settle(PhantomAsked& asked) {
       return bad_use("--pose", fmt::format("{} is given twice", angle->first));
   }
   if (asked.spacing.size() == 1) asked.spacing.resize(3, asked.spacing[0]);
-  if (asked.spacing.size() != 3)
-    return bad_use("--spacing", "give one number, or one for each axis of the grid");
+  if (asked.spacing.size() != 3) return bad_use("--spacing", "needs one number, or three: one per grid axis");
   for (int c = 0; c < 3; ++c) {
     const std::size_t u = static_cast<std::size_t>(c);
     asked.grid.spacing[c] = asked.spacing[u];
@@ -94,7 +97,7 @@ Result<std::pair<fs::path, std::string>> split(const std::string& path) {
     if (path.ends_with(ending) && path.size() > std::string_view(ending).size())
       return std::pair{fs::path(path.substr(0, path.size() - std::string_view(ending).size())),
                        std::string(ending)};
-  return bad_use(path, "the phantom is written as .nii.gz, .nii, .nrrd or .mha");
+  return bad_use(path, "is not a .nii.gz, .nii, .nrrd or .mha file; the phantom is written as one of these");
 }
 
 InertiaTable exact_table(const Phantom& phantom, const PhantomAsked& asked) {
@@ -141,9 +144,9 @@ Result<void> write_all(const Written& files, const Phantom& phantom, const Scan&
 }
 
 void print(const Phantom& phantom, const Grid& grid, const Written& files) {
-  fmt::print("A body of {:.2f} kg and {:.3f} m, of {} solids, on {} x {} x {} voxels\n", phantom.whole.mass,
-             phantom.landmarks.at("vertex").point.z() * 1e-3, phantom.solids.size(), grid.size[0],
-             grid.size[1], grid.size[2]);
+  fmt::print("Body of {:.2f} kg and {:.3f} m, made of {} solids, on {} x {} x {} voxels\n",
+             phantom.whole.mass, phantom.landmarks.at("vertex").point.z() * 1e-3, phantom.solids.size(),
+             grid.size[0], grid.size[1], grid.size[2]);
   for (std::size_t label = 1; label < parts.size(); ++label)
     fmt::print("{:<18} {:>8.4f} kg {:>6.2f} %\n", parts[label].name, phantom.exact[label].mass,
                100 * phantom.exact[label].mass / phantom.whole.mass);
@@ -176,8 +179,8 @@ Result<nlohmann::json> work(PhantomAsked asked, const Command& command) {
     // skin and fat may be compressed; more is a limb inside another
     if (constexpr double pressed = 0.25; share > pressed)
       command.warn(
-          fmt::format("{:.0f} % of {} lies within another limb or the trunk, as no body's can: choose "
-                      "other angles for this body",
+          fmt::format("{:.0f} % of {} lies within another limb or the trunk, which no real body allows; "
+                      "choose other angles for this body",
                       100 * share, parts[label].name));
   }
   return nlohmann::json{{"volume", files->volume}, {"labels", files->labels},
@@ -188,65 +191,72 @@ Result<nlohmann::json> work(PhantomAsked asked, const Command& command) {
 
 // Refuses negative seeds: -3 would wrap round to a large number.
 std::string no_minus(const std::string& text) {
-  return text.starts_with('-') ? "'" + text + "' is no seed; give a whole number, 0 or more" : "";
+  return text.starts_with('-') ? "'" + text + "' is not a seed; give a whole number, 0 or more" : "";
 }
 
 }  // namespace
 
 void add_phantom(CLI::App& program, Command& command) {
-  auto* verb = program.add_subcommand("phantom", "The sample body as a scan, with its exact inertia table");
+  auto* verb =
+      program.add_subcommand("phantom", "Write the sample body as a scan, with its exact inertia table");
   auto asked = std::make_shared<PhantomAsked>();
   verb->add_option("-o,--out", asked->output, "Volume to write: .nii.gz, .nii, .nrrd or .mha")->required();
-  verb->add_option("--sex", asked->sex, "male or female")
+  verb->add_option("--sex", asked->sex, "Sex of the body: male or female")
       ->check(CLI::IsMember({"male", "female"}))
       ->capture_default_str();
-  verb->add_flag("--child", asked->body.child, "Proportions of a child of six years instead");
+  verb->add_flag("--child", asked->body.child, "Use the proportions of a six-year-old child");
   verb->add_option("--variation", asked->body.variation,
-                   "Seed: draws lengths and thicknesses of segments and bones and the way the body stands")
+                   "Seed of a random body: varies lengths and thicknesses of segments and bones, and the way "
+                   "the body stands")
       ->check(no_minus);
-  verb->add_option("--metal-hip", asked->body.metal_hip, "Head and socket of this hip are of metal")
+  verb->add_option("--metal-hip", asked->body.metal_hip,
+                   "Make femoral head and socket of this hip of metal: left or right")
       ->check(CLI::IsMember({"left", "right"}));
   verb->add_option("--stature", asked->body.stature_m,
-                   "Sole to vertex, m (default: the mean of de Leva's sample)");
+                   "Body height from sole to vertex, m (default: the mean of de Leva's sample)");
   verb->add_option("--mass", asked->body.mass_kg,
-                   "kg (default: the mean of de Leva's sample, with stature cubed)");
-  verb->add_option(
-      "--pose", asked->pose,
-      "Joint angle in degrees, e.g. knee_left_flexion=30; may be repeated. Left and right alike: " +
-          angles_for_help());
-  verb->add_option("--density-curve", asked->body.density_curve, "Gives the tissues their densities")
+                   "Body mass, kg (default: the mean of de Leva's sample, scaled by stature cubed)");
+  verb->add_option("--pose", asked->pose,
+                   "Joint angle in degrees, e.g. knee_left_flexion=30; may be repeated. Right joints take "
+                   "the same angles: " +
+                       angles_for_help());
+  verb->add_option("--density-curve", asked->body.density_curve,
+                   "Density curve that gives the tissues their densities, by name")
       ->capture_default_str();
-  verb->add_option("--spacing", asked->spacing, "Voxel edge, mm: one number, or three")
+  verb->add_option("--spacing", asked->spacing, "Voxel spacing, mm: one number, or one per axis")
       ->expected(1, 3)
       ->check(number_within(0.2, 50.0))
       ->capture_default_str();
-  verb->add_option("--rotation-deg", asked->rotation_deg, "Turns the grid about patient x, then y, then z")
+  verb->add_option("--rotation-deg", asked->rotation_deg,
+                   "Rotation of the grid about patient x, then y, then z, degrees")
       ->expected(3)
       ->check(number_within(-180.0, 180.0));
-  verb->add_option("--tilt-deg", asked->grid.tilt_deg, "Gantry tilt: shears the grid")
+  verb->add_option("--tilt-deg", asked->grid.tilt_deg, "Gantry tilt, which shears the grid, degrees")
       ->check(number_within(-45.0, 45.0));
-  verb->add_option("--offset", asked->offset, "Shifts the grid, in voxels")
+  verb->add_option("--offset", asked->offset, "Shift of the grid along its axes, in voxels")
       ->expected(3)
       ->check(number_within(-1.0, 1.0));
-  verb->add_option("--margin", asked->grid.margin, "Air about the body, mm")
+  verb->add_option("--margin", asked->grid.margin, "Air around the body, mm")
       ->check(number_within(0.0, 500.0))
       ->capture_default_str();
   verb->add_flag("--table", asked->scan.table, "Lay the body on a curved table");
-  verb->add_flag("--blanket", asked->scan.blanket, "Lay a thick blanket over it");
-  verb->add_option("--crop", asked->crop,
-                   "Scan only from x to x, y to y, z to z: six numbers, patient frame (LPS), mm")
+  verb->add_flag("--blanket", asked->scan.blanket, "Lay a thick blanket over the body");
+  verb->add_option(
+          "--crop", asked->crop,
+          "Scan only this box: x from and to, y from and to, z from and to, in the patient frame (LPS), mm")
       ->expected(6);
   verb->add_option("--field-of-view", asked->scan.field_of_view,
-                   "Diameter of what is seen in each slice, mm (default: all)")
+                   "Diameter of the field of view in each slice, mm (default: everything)")
       ->check(number_within(0.0, 2000.0));
-  verb->add_option("--streaks", asked->scan.streaks_hu, "Streaks beside metal, HU at its side")
+  verb->add_option("--streaks", asked->scan.streaks_hu, "Strength of the streaks at the metal's side, HU")
       ->check(number_within(0.0, 3000.0));
-  verb->add_flag("--partial-volume", asked->scan.partial_volume, "Voxels are means over their box");
+  verb->add_flag("--partial-volume", asked->scan.partial_volume,
+                 "Give each voxel the mean over its box (default: the value at its centre)");
   verb->add_option("--blur", asked->scan.blur_mm, "Standard deviation of the scanner's blur, mm")
       ->check(number_within(0.0, 20.0));
   verb->add_option("--noise", asked->scan.noise_hu, "Standard deviation of the noise, HU")
       ->check(number_within(0.0, 1000.0));
-  verb->add_option("--seed", asked->scan.seed, "Of the noise: the same seed gives the same bytes")
+  verb->add_option("--seed", asked->scan.seed, "Seed of the noise; the same seed gives the same bytes")
       ->check(no_minus)
       ->capture_default_str();
   verb->callback([&command, asked, verb] {

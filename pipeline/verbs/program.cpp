@@ -73,20 +73,21 @@ std::string memory_size(const std::string& text) {
 int run(int argc, char** argv) {
   borelli::Command command;
   std::string max_memory;
-  CLI::App program{"From a CT or MR volume of a person to a body that moves", "borelli"};
+  CLI::App program{"Turn a CT or MR volume of a person into a body that moves", "borelli"};
   program.set_version_flag("--version", "borelli " BORELLI_VERSION);
   program.require_subcommand(1);
   program.fallthrough();
-  program.add_flag("--json", command.json, "Answer as JSON on standard output");
-  program.add_option("--threads", command.threads, "Threads to use (0: all)")->check(CLI::Range(0, 1024));
+  program.add_flag("--json", command.json, "Print the answer as JSON on standard output");
+  program.add_option("--threads", command.threads, "Number of threads (0: all cores)")
+      ->check(CLI::Range(0, 1024));
   program
       .add_option("--max-memory", max_memory,
-                  "Most memory to use, e.g. 4G (default: three quarters of what the machine has free)")
+                  "Largest amount of memory to use, e.g. 4G (default: three quarters of the free memory)")
       ->check(memory_size);
-  program.add_flag("--force", command.force, "Redo stages even if their results exist");
+  program.add_flag("--force", command.force, "Repeat stages even if their results exist");
 
   const auto settings = std::make_shared<borelli::TomlSettings>(program);
-  auto* settings_file = program.set_config("--settings", "", "Settings: a TOML file, a table per verb");
+  auto* settings_file = program.set_config("--settings", "", "TOML file of settings with one table per verb");
   settings_file->check([](const std::string& path) {
     const auto fine =
         path.empty() ? borelli::Result<void>() : borelli::check_input_file(path, borelli::most_text_bytes);
@@ -125,7 +126,7 @@ int run(int argc, char** argv) {
       return 0;
     }
     if (program.get_subcommands().empty() && argv[1][0] != '-') {
-      borelli::say("borelli: {}: no such verb{}\n", borelli::printable(argv[1]),
+      borelli::say("borelli: {}: unknown verb{}\n", borelli::printable(argv[1]),
                    hint_at_verb(program, argv[1]));
       return 2;
     }
@@ -134,7 +135,7 @@ int run(int argc, char** argv) {
   }
 
   if (const std::string option = empty_option(program); !option.empty()) {
-    borelli::say("borelli: {}: is given as nothing; give a value, or leave it out\n", option);
+    borelli::say("borelli: {}: has an empty value; give a value, or leave the option out\n", option);
     return 2;
   }
   borelli::set_memory_limit(borelli::bytes_from(max_memory).value_or(borelli::memory_limit()));
@@ -198,14 +199,15 @@ int main(int argc, char** argv) {
     borelli::say("borelli: {}: {}\n", e.path1().string(), e.code().message());
   } catch (const std::system_error& e) {
     const bool thread = e.code() == std::errc::resource_unavailable_try_again;
-    borelli::say("borelli: {}\n", thread
-                                      ? "not enough memory left, or threads allowed, to start another thread"
-                                      : "the system refused a request: " + e.code().message());
+    borelli::say("borelli: {}\n", thread ? "cannot start another thread: the memory or the number of threads "
+                                           "is exhausted; give a smaller --threads"
+                                         : "the system refused a request: " + e.code().message());
   } catch (...) {  // a library's own message would not help a user
     borelli::say(
-        "borelli: stopped by an error in the program; please report it with the command and its input\n");
+        "borelli: stopped by an error of the program itself; please report it with the command and its "
+        "input\n");
   }
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
-  if (code == 0) borelli::say("borelli: standard output cannot be written: {}\n", std::strerror(errno));
+  if (code == 0) borelli::say("borelli: cannot write to standard output: {}\n", std::strerror(errno));
   return code == 0 ? 1 : code;
 }

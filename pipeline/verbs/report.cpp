@@ -68,7 +68,8 @@ Result<std::string> read_glb(const fs::path& path) {
   std::uint32_t length = 0;
   if (bytes->size() >= 12) std::memcpy(&length, bytes->data() + 8, sizeof length);
   if (!bytes->starts_with("glTF") || length != bytes->size())
-    return failure(path.string(), "is no binary glTF, or damaged, or cut short");
+    return failure(path.string(),
+                   "is not a binary glTF file, or is damaged or cut short; run `borelli run` again");
   return bytes;
 }
 
@@ -90,7 +91,7 @@ Result<void> check_scan(const json& run, const std::string& path) {
     return out;
   };
   if (digests(now->at("volume")) == digests(inputs["volume"])) return {};
-  return bad_use(path, "is not the scan of this run, or no longer as the run read it");
+  return bad_use(path, "differs from the scan that the run read; name that scan with --volume");
 }
 
 /// The segmented scan: the one given by the user, else the one named in the account, if it still exists.
@@ -101,13 +102,14 @@ Result<void> find_scan(const ReportAsked& asked, const Command& command, Found& 
   if (path.empty()) return {};
   if (std::error_code problem; asked.volume.empty() && !fs::exists(path, problem)) {
     command.warn(fmt::format(
-        "the scan ({}) is not found from here: the report shows the parts alone (--volume names it)", path));
+        "cannot find the scan ({}), so the report shows the parts without it; name the scan with --volume",
+        path));
     return {};
   }
   auto scan =
       check_scan(found.inputs.run, path).and_then([&] { return read_volume(command, path, asked.quantity); });
   if (!scan && asked.volume.empty()) {  // a report without grey values is better than none
-    command.warn(fmt::format("the report shows the parts alone: {} (--volume and --quantity help)",
+    command.warn(fmt::format("the report shows the parts without the scan: {} (use --volume and --quantity)",
                              scan.error().message()));
     return {};
   }
@@ -175,8 +177,8 @@ Result<void> show_no_face(Found& found, const Command& command, const fs::path& 
   } else {
     found.glb.clear();
     command.warn(
-        "the report shows no moving body: without labels, landmarks, table and trajectory it cannot be made "
-        "without its face");
+        "the report leaves out the moving body: removing its face needs labels, landmarks, inertia table and "
+        "trajectory");
   }
   found.inputs.glb = found.glb;
   return {};
@@ -195,7 +197,7 @@ Result<json> run(const ReportAsked& asked, const Command& command) {
   const fs::path folder = asked.folder;
   std::error_code problem;
   if (!fs::is_directory(folder, problem))
-    return bad_use(asked.folder, "no such folder; expected that of a run");
+    return bad_use(asked.folder, "no such folder; expected the folder of a run");
   const auto path = folder / "report.html";
   if (auto fine = check_writable(path); !fine) return tl::unexpected(fine.error());
   Found found;
@@ -205,7 +207,7 @@ Result<json> run(const ReportAsked& asked, const Command& command) {
   const auto& in = found.inputs;
   if (!in.labels && !in.trajectory && in.table.is_null() && in.glb.empty())
     return bad_use(asked.folder,
-                   "holds nothing of a run: no segmentation/labels.nii.gz, inertia/table.json, "
+                   "contains no results of a run; expected segmentation/labels.nii.gz, inertia/table.json, "
                    "motion/trajectory.h5 or body.glb");
   show_warnings(command, found);
   const auto written = write_whole(path, [&](const fs::path& beside) { return write_report(in, beside); });
@@ -217,14 +219,15 @@ Result<json> run(const ReportAsked& asked, const Command& command) {
 }  // namespace
 
 void add_report(CLI::App& program, Command& command) {
-  auto* verb = program.add_subcommand("report", "Draw report.html anew from the files of a run's folder");
+  auto* verb = program.add_subcommand("report", "Write report.html again from the files in a run's folder");
   auto asked = std::make_shared<ReportAsked>();
-  verb->add_option("folder", asked->folder, "The folder of a run")->required();
-  verb->add_option("--volume", asked->volume, "The scan, where it lies elsewhere than the run found it");
+  verb->add_option("folder", asked->folder, "Folder of a run")->required();
+  verb->add_option("--volume", asked->volume, "The scan, if it has moved since the run");
   verb->add_option("--quantity", asked->quantity,
-                   "What its voxels hold: hu, density_kgm3, density_gcm3, labels, mr");
-  verb->add_option("--subject", asked->subject, "The report's title (by default the folder's name)");
-  verb->add_flag("--deface", asked->deface, "Take the face out of what the page shows");
+                   "What the scan's voxels hold: hu, density_kgm3, density_gcm3, labels or mr (default: "
+                   "taken from the file)");
+  verb->add_option("--subject", asked->subject, "Title of the report (default: the folder's name)");
+  verb->add_flag("--deface", asked->deface, "Remove the face from everything that the page shows");
   verb->callback(
       [&command, asked] { command.work = [asked](const Command& chosen) { return run(*asked, chosen); }; });
 }

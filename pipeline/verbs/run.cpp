@@ -74,7 +74,7 @@ std::string settings_without_paths(CLI::App& verb, const RunSettings& s) {
     verb.get_option(option)->configurable(false);
     words += fmt::format(" {} {}", option, fs::path(given).filename().string());
   }
-  return "# Paths of inputs are left out (--keep-paths keeps them). To run it again:\n#   " + words + "\n" +
+  return "# Paths of inputs are left out (--keep-paths keeps them). To repeat the run:\n#   " + words + "\n" +
          settings_text(verb);
 }
 
@@ -109,28 +109,30 @@ Result<nlohmann::json> work(RunAsked asked, const Command& command) {
     settings.quantity = *quantity;
   }
   if (settings.labels.empty() && !settings.label_names.empty())
-    return bad_use("--label-names", "names the labels of a map that --labels gives: give both, or neither");
+    return bad_use("--label-names", "names the labels of the map in --labels; give both, or neither");
   if (settings.labels.empty() && !settings.label_mapping.empty())
-    return bad_use("--label-mapping", "maps the classes of a map that --labels gives: give both, or neither");
+    return bad_use("--label-mapping", "maps the classes of the map in --labels; give both, or neither");
   if (!settings.labels.empty() && settings.label_mapping.empty() && asked.work_grid_chosen)
-    return bad_use("--work-grid", "is for finding parts, and --labels gives them: leave one of the two out");
+    return bad_use("--work-grid",
+                   "has no effect with --labels, which gives the parts; leave one of the two out");
   if (settings.labels.empty() || !settings.label_mapping.empty())
     if (const auto known = convention(settings.convention); !known)
       return bad_use(
           "--convention " + settings.convention,
-          "is of labels that were cut so (--labels); parts are found by deleva1996, dempster or bone");
+          "applies only to --labels that were cut by it; to find parts, choose deleva1996, dempster or bone");
   if (settings.labels.empty() || !settings.label_mapping.empty())
     if (const auto segments = choose_segments(settings.segments); !segments)
       return tl::unexpected(segments.error());
   if (const auto absent = parse_absent(settings.absent); !absent) return tl::unexpected(absent.error());
   if (!settings.absent.empty() && !settings.labels.empty() && settings.label_mapping.empty())
-    return bad_use("--absent", "is for finding parts, and --labels gives them: leave one of the two out");
+    return bad_use("--absent",
+                   "has no effect with --labels, which gives the parts; leave one of the two out");
   if (!asked.table_tolerance.empty()) {
     if (asked.work_grid_chosen)
-      return bad_use("--table-tolerance", "picks the work grid: leave one of it and --work-grid out");
+      return bad_use("--table-tolerance", "chooses the work grid itself; leave it or --work-grid out");
     if (!settings.labels.empty() && settings.label_mapping.empty())
       return bad_use("--table-tolerance",
-                     "picks the grid for finding parts, and --labels gives them: leave one of the two out");
+                     "has no effect with --labels, which gives the parts; leave one of the two out");
     const auto tolerance = parse_tolerance(asked.table_tolerance);
     if (!tolerance) return tl::unexpected(tolerance.error());
     settings.table_tolerance = *tolerance;
@@ -139,32 +141,32 @@ Result<nlohmann::json> work(RunAsked asked, const Command& command) {
     const auto tolerance = parse_tolerance(asked.tolerance);
     if (!tolerance)
       return bad_use("--tolerance " + asked.tolerance,
-                     "give how far answers may be off, from 0.1 to 50 %, as 1% or 0.01 (the integrator's own "
-                     "is --integrator-tolerance)");
+                     "is not a tolerance from 0.1 to 50 %; write 1% or 0.01 (the integrator's tolerance is "
+                     "--integrator-tolerance)");
     settings.model_tolerance = *tolerance;
     const bool parts_given = !settings.labels.empty() && settings.label_mapping.empty();
     if (asked.table_tolerance.empty() && !asked.work_grid_chosen && !parts_given)
       settings.table_tolerance = *tolerance;
   }
   if (!settings.motion_quantities.empty() && asked.tolerance.empty())
-    return bad_use("--keep", "says what is to stay within --tolerance: give both, or neither");
+    return bad_use("--keep", "says what must stay within --tolerance; give both, or neither");
   if (asked.integrator_tolerance_chosen && !method_is_adaptive(settings.method))
     return bad_use("--integrator-tolerance", "has no effect with " + settings.method +
-                                                 ", whose steps are all of one length: give --step");
+                                                 ", whose steps have a fixed length; give --step");
   if (settings.subject.empty()) {
     auto name = name_of_input(settings.volume, settings.keep_paths);
     if (!name) return tl::unexpected(name.error());
     settings.subject = std::move(*name);
   }
   if (settings.subject.find('/') != std::string::npos || settings.subject.starts_with('.'))
-    return bad_use("--subject " + settings.subject, "names a folder; it may not hold '/' nor begin with '.'");
+    return bad_use("--subject " + settings.subject,
+                   "is not a folder name; it must not contain '/' or begin with '.'");
   settings.folder = fs::path(asked.out) / settings.subject;
   settings.threads = command.threads;
   if (lies_within(settings.folder, settings.volume))
-    return bad_use(settings.folder.string(),
-                   fmt::format("lies within {}, of whose files the scan is made: name another folder with "
-                               "--out",
-                               settings.volume));
+    return bad_use(
+        settings.folder.string(),
+        fmt::format("lies within the scan's folder {}; name another folder with --out", settings.volume));
 
   std::optional<ProgressBar> bar(std::in_place, command.json);
   StageObserver observer;
@@ -186,7 +188,7 @@ Result<nlohmann::json> work(RunAsked asked, const Command& command) {
   };
   observer.skipped = [&](const Stage& stage) {
     bar->begin(stage.name);
-    bar->end("done before", stage.name);
+    bar->end("already done", stage.name);
   };
   std::vector<std::string> warnings;
   observer.warns = [&](const Stage& stage, const std::string& warning) {
@@ -211,83 +213,95 @@ Result<nlohmann::json> work(RunAsked asked, const Command& command) {
 }  // namespace
 
 void add_run(CLI::App& program, Command& command) {
-  auto* verb = program.add_subcommand("run", "From a volume to a moving body and its report");
+  auto* verb = program.add_subcommand("run", "Turn a volume into a moving body and its report");
   auto asked = std::make_shared<RunAsked>();
   RunSettings& s = asked->run;
-  verb->add_option("volume", s.volume, "A DICOM folder or a volume file (.nii.gz, .nrrd, .mha)")->required();
-  verb->add_option("-o,--out", asked->out, "Folder; the results go to <out>/<subject>")->required();
-  verb->add_option("--subject", s.subject,
-                   "Name of the subject (default: the file's name; of a folder, a name from its content)");
-  verb->add_option("--quantity", asked->quantity, "What the voxels hold: hu, density_kgm3, density_gcm3, mr");
-  verb->add_option("--labels", s.labels, "A label map on the volume's grid, to use instead of segmenting");
-  verb->add_option("--label-names", s.label_names, "Its names (TSV; default: beside it)");
+  verb->add_option("volume", s.volume, "Volume: a DICOM folder or a file (.nii.gz, .nrrd, .mha)")->required();
+  verb->add_option("-o,--out", asked->out, "Folder for the results; they go to <out>/<subject>")->required();
+  verb->add_option(
+      "--subject", s.subject,
+      "Name of the subject (default: the file's name; for a folder, a name made from its contents)");
+  verb->add_option(
+      "--quantity", asked->quantity,
+      "What the voxels hold: hu, density_kgm3, density_gcm3 or mr (default: taken from the file)");
+  verb->add_option("--labels", s.labels, "Label map on the volume's grid; replaces the segmentation");
+  verb->add_option("--label-names", s.label_names,
+                   "Names of the labels, a TSV file (default: the file of names beside the label map)");
   verb->add_option("--label-mapping", s.label_mapping, label_mapping_help);
   verb->add_option(
       "--landmarks", s.landmarks,
-      "Landmarks placed by hand (JSON, or .mrk.json and .fcsv of 3D Slicer): they override what is found");
+      "Landmarks placed by hand (JSON, or .mrk.json and .fcsv of 3D Slicer); they replace those found");
   verb->add_option("--absent", s.absent, absent_help);
-  verb->add_option("--sex", s.sex, "male or female: shows published values beside (default: as DICOM says)")
+  verb->add_option("--sex", s.sex,
+                   "male or female; shows published values for comparison (default: from DICOM)")
       ->check(CLI::IsMember({"male", "female"}));
-  verb->add_option("--pose", s.pose, "How the person lay or stood, e.g. supine (default: as DICOM says)");
-  verb->add_option("--stature", s.stature_m, "Sole to vertex, m: for group tables (inertia --compare)")
+  verb->add_option("--pose", s.pose, "How the person lay or stood, e.g. supine (default: from DICOM)");
+  verb->add_option("--stature", s.stature_m,
+                   "Body height from sole to vertex, m; group tables (inertia --compare) need it")
       ->check(positive_number());
-  verb->add_option("--density-curve", s.density_curve, "From CT numbers to density, by name");
+  verb->add_option("--density-curve", s.density_curve, "Curve from CT numbers to densities, by name");
   verb->add_option("--convention", s.convention,
-                   "How parts are cut: deleva1996, dempster or bone; of given --labels, how they were cut")
+                   "How parts are cut: deleva1996, dempster or bone; with --labels, how those were cut")
       ->check(CLI::IsMember(cut_names))
       ->capture_default_str();
   verb->add_option("--frames", s.frames,
-                   "Axes of the segments: along the joint centres, or as the ISB has them")
+                   "Axes of the segments: joints (along the joint centres) or isb (as the ISB defines them)")
       ->check(CLI::IsMember({"joints", "isb"}))
       ->capture_default_str();
   verb->add_option("--segments", s.segments, segments_help);
-  verb->add_option("--work-grid", s.work_grid_mm, "Grid on which parts are looked for, mm")
+  verb->add_option("--work-grid", s.work_grid_mm, "Spacing of the grid on which parts are found, mm")
       ->check(number_within(finest_step, coarsest_step))
       ->capture_default_str();
-  verb->add_option("--table-tolerance", asked->table_tolerance,
-                   "Pick the coarsest work grid that gives every entry of the table within this, e.g. 1%");
+  verb->add_option(
+      "--table-tolerance", asked->table_tolerance,
+      "Choose the coarsest work grid that keeps every entry of the inertia table within this error, e.g. 1%");
   verb->add_option("--method", s.method, "Integrator")
       ->check(CLI::IsMember(integrator_names()))
       ->capture_default_str();
-  verb->add_option("--equations", s.equations, "Equations of motion: along the tree, or the paper's scan")
+  verb->add_option("--equations", s.equations,
+                   "Equations of motion: recursive (along the tree) or lagrange (the paper's scan)")
       ->check(CLI::IsMember({"recursive", "lagrange"}))
       ->capture_default_str();
   verb->add_option("--tolerance", asked->tolerance,
-                   "How far answers may be off, e.g. 5%: the body moves as the smallest model that stays "
-                   "within it (see economy), and the work grid is picked as by --table-tolerance");
-  verb->add_option("--keep", s.motion_quantities,
-                   "What of the motion is to stay within --tolerance: centre, solid:NAME, "
-                   "solid:NAME:x,y,z, turn:NAME, coordinate:NAME; may be repeated (default: all solids' "
-                   "gravity centres)")
+                   "Largest error of the answers, e.g. 5%: chooses the smallest model whose motion stays "
+                   "within it (see economy), and the work grid as --table-tolerance does");
+  verb->add_option(
+          "--keep", s.motion_quantities,
+          "What of the motion must stay within --tolerance: centre, solid:NAME, solid:NAME:x,y,z, turn:NAME "
+          "or coordinate:NAME; may be repeated (default: the gravity centres of all solids)")
       ->allow_extra_args(false);
-  verb->add_option("--integrator-tolerance", s.integrator_tolerance, "Per step and coordinate")
+  verb->add_option("--integrator-tolerance", s.integrator_tolerance,
+                   "Integrator's largest error per step and coordinate")
       ->check(positive_number())
       ->capture_default_str();
-  verb->add_option("--step", s.step, "Fixed step, or the first one tried, s")->check(positive_number());
-  verb->add_option("--mesh-tolerance", s.mesh_tolerance_mm, "How far a mesh may be simplified, mm")
+  verb->add_option("--step", s.step, "Fixed step, or first step of an adaptive method, s")
+      ->check(positive_number());
+  verb->add_option("--mesh-tolerance", s.mesh_tolerance_mm,
+                   "How far mesh simplification may move the surface, mm")
       ->check(number_not_negative())
       ->capture_default_str();
-  verb->add_option("--flight-time", s.leap.flight_time, "Of the leap, s")
+  verb->add_option("--flight-time", s.leap.flight_time, "Flight time of the leap, s")
       ->check(number_within(0.05, 10.0))
       ->capture_default_str();
-  verb->add_option("--somersault-rate", s.leap.somersault_rate_deg, "At take-off, deg/s; negative: backwards")
+  verb->add_option("--somersault-rate", s.leap.somersault_rate_deg,
+                   "Somersault rate at take-off, deg/s; negative is backwards")
       ->check(number_within(-3600, 3600))
       ->capture_default_str();
-  verb->add_option("--tuck", s.leap.tuck, "How far the joints spring towards a tuck, 0 to 1")
+  verb->add_option("--tuck", s.leap.tuck, "How far the joint springs pull towards a tuck, from 0 to 1")
       ->check(number_within(0.0, 1.0))
       ->capture_default_str();
   verb->add_option("--muscle-frequency", s.leap.muscle_frequency,
                    "Natural frequency of the passive joints, Hz")
       ->check(number_within(0.0, 20.0))
       ->capture_default_str();
-  verb->add_option("--damping-ratio", s.leap.damping_ratio, "Of the passive joints")
+  verb->add_option("--damping-ratio", s.leap.damping_ratio, "Damping ratio of the passive joints")
       ->check(number_within(0.0, 10.0))
       ->capture_default_str();
   verb->add_flag("--deface", s.deface,
-                 "Take the face out of meshes, picture and report (not out of the labels)");
+                 "Remove the face from meshes, picture and report (the labels keep it)");
   verb->add_flag("--keep-paths", s.keep_paths, keep_paths_help);
   verb->add_flag("--allow-untrusted", s.untrusted_is_fine,
-                 "Go on with a motion that its certificate does not trust");
+                 "Continue with a motion that its certificate does not trust");
   group_options(*verb, "Labels and landmarks",
                 {"--labels", "--label-names", "--label-mapping", "--landmarks"});
   group_options(*verb, "Inertia table",

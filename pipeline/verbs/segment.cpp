@@ -57,7 +57,7 @@ void print(const Segmentation& found, const std::string& reading, const std::str
                  part.volume * 1e-6, part.confidence, part.note);
   }
   fmt::print(
-      "labels.nii.gz, landmarks.json and segmentation.json are in {}; for 3D Slicer: labels.ctbl, "
+      "wrote labels.nii.gz, landmarks.json and segmentation.json to {}; for 3D Slicer: labels.ctbl, "
       "landmarks.mrk.json\n",
       folder);
 }
@@ -72,7 +72,8 @@ void warn_of_air(const GreyVolume& volume, const SegmentOptions& options, Segmen
 Result<Segmentation> segment_scan(const GreyVolume& volume, const SegmentOptions& options,
                                   const SegmentChoice& segments, std::optional<GridPick>& pick) {
   if (pick && volume.quantity == Quantity::mr)
-    return bad_use("--table-tolerance", "is for CT, where parts are found on a grid: leave it out");
+    return bad_use("--table-tolerance",
+                   "does not apply to MR, where parts are found without a work grid; leave it out");
   if (pick) {
     MeasureOptions by;
     by.cuts = name_of(options.convention), by.threads = options.threads, by.segments = segments;
@@ -98,7 +99,7 @@ Result<nlohmann::json> run(const SegmentAsked& asked, const Command& command) {
   std::optional<GridPick> pick;
   if (!asked.tolerance.empty()) {
     if (asked.step_chosen)
-      return bad_use("--table-tolerance", "picks the grid: leave one of it and --work-grid out");
+      return bad_use("--table-tolerance", "chooses the work grid itself; leave it or --work-grid out");
     const auto tolerance = parse_tolerance(asked.tolerance);
     if (!tolerance) return tl::unexpected(tolerance.error());
     pick.emplace().tolerance = *tolerance;
@@ -155,29 +156,35 @@ Result<nlohmann::json> run(const SegmentAsked& asked, const Command& command) {
 }  // namespace
 
 void add_segment(CLI::App& program, Command& command) {
-  auto* verb = program.add_subcommand("segment", "Find a body's parts and joint centres in a scan");
+  auto* verb = program.add_subcommand("segment", "Find the body parts and joint centres in a scan");
   auto asked = std::make_shared<SegmentAsked>();
-  verb->add_option("volume", asked->volume, "A DICOM folder or a volume file")->required();
-  verb->add_option("-o,--out", asked->folder, "Folder for labels, landmarks and account")->required();
-  verb->add_option("--quantity", asked->quantity,
-                   "What the voxels hold: hu, density_kgm3, density_gcm3, labels, mr");
-  auto* labels =
-      verb->add_option("--labels", asked->labels, "Somebody else's label map of the same body, to part by");
+  verb->add_option("volume", asked->volume, "Volume: a DICOM folder or a file")->required();
+  verb->add_option("-o,--out", asked->folder, "Folder for the labels, landmarks and findings")->required();
+  verb->add_option(
+      "--quantity", asked->quantity,
+      "What the voxels hold: hu, density_kgm3, density_gcm3, labels or mr (default: taken from the file)");
+  auto* labels = verb->add_option("--labels", asked->labels,
+                                  "Label map of the same body from another program, used to find the parts");
   auto* mapping = verb->add_option("--label-mapping", asked->mapping, label_mapping_help);
   labels->needs(mapping);
   mapping->needs(labels);
-  verb->add_option("--label-names", asked->names, "Its names (TSV; default: beside it)")->needs(labels);
+  verb->add_option("--label-names", asked->names,
+                   "Names of the labels, a TSV file (default: the file of names beside the label map)")
+      ->needs(labels);
   verb->add_option(
       "--landmarks", asked->landmarks,
-      "Landmarks placed by hand (JSON, or .mrk.json and .fcsv of 3D Slicer): they replace those found");
-  verb->add_option("--work-grid", asked->step, "Grid on which parts are looked for, mm")
+      "Landmarks placed by hand (JSON, or .mrk.json and .fcsv of 3D Slicer); they replace those found");
+  verb->add_option("--work-grid", asked->step,
+                   "Spacing of the grid on which parts are found, mm (default: 3)")
       ->check(number_within(finest_step, coarsest_step));
   verb->add_option("--convention", asked->convention,
-                   "How parts are cut: by de Leva's planes, by Dempster's, or each voxel with its bone")
+                   "How parts are cut: deleva1996 (de Leva's planes), dempster (Dempster's planes) or bone "
+                   "(each voxel with its bone)")
       ->check(CLI::IsMember({"deleva1996", "dempster", "bone"}))
       ->capture_default_str();
-  verb->add_option("--table-tolerance", asked->tolerance,
-                   "Pick the coarsest grid that gives every entry of the inertia table within this, e.g. 1%");
+  verb->add_option(
+      "--table-tolerance", asked->tolerance,
+      "Choose the coarsest work grid that keeps every entry of the inertia table within this error, e.g. 1%");
   verb->add_option("--absent", asked->absent, absent_help);
   verb->add_option("--segments", asked->segments, segments_help);
   verb->add_flag("--keep-paths", asked->keep_paths, keep_paths_help);

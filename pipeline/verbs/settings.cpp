@@ -102,7 +102,7 @@ std::vector<std::string> words_for(CLI::Option& option, const std::string& key, 
 CLI::App& verb_of(CLI::App& program, const std::string& name, unsigned line) {
   for (CLI::App* verb : program.get_subcommands([](const CLI::App*) { return true; }))
     if (verb->check_name(name)) return *verb;
-  throw SettingsError(line, fmt::format("there is no verb {}", name));
+  throw SettingsError(line, fmt::format("unknown verb {}", name));
 }
 
 CLI::Option* option_of(CLI::App& app, const std::string& key) {
@@ -131,7 +131,7 @@ std::vector<CLI::ConfigItem> TomlSettings::from_config(std::istream& input) cons
     item.name = std::string(name.str());
     const unsigned line = name.source().begin.line;
     CLI::Option* option = option_of(app, item.name);
-    if (!option) throw SettingsError(line, fmt::format("there is no setting {}", item.fullname()));
+    if (!option) throw SettingsError(line, fmt::format("unknown setting {}", item.fullname()));
     item.inputs = words_for(*option, item.fullname(), line, value);
     found.push_back(std::move(item));
   };

@@ -65,19 +65,18 @@ SimulationSettings settings_of(SimulationSettings s, const SimulateOptions& o) {
 Result<void> check_effect(const SimulateOptions& o, const SimulationSettings& settings) {
   if (o.tolerance && !method_is_adaptive(settings.method))
     return bad_use("--integrator-tolerance", "has no effect with " + settings.method +
-                                                 ", whose steps are all of one length: give --step");
-  if (o.verify && settings.accuracy == 0)
-    return bad_use("--verify", "has no effect where no --accuracy is asked for");
+                                                 ", whose steps have a fixed length; give --step");
+  if (o.verify && settings.accuracy == 0) return bad_use("--verify", "has no effect without --accuracy");
   if (o.spectral_radius && settings.method != "generalized_alpha")
     return bad_use("--spectral-radius",
-                   "is a setting of generalized_alpha, and has no effect with " + settings.method);
+                   "is a setting of generalized_alpha and has no effect with " + settings.method);
   if ((o.alpha || o.beta) && settings.constraints != ConstraintTreatment::baumgarte)
     return bad_use(o.alpha ? "--baumgarte-alpha" : "--baumgarte-beta",
-                   "has no effect where constraints are kept by projection: add --constraints baumgarte");
+                   "has no effect when projection keeps the constraints; add --constraints baumgarte");
   if (o.checkpoint_every && o.checkpoint.empty())
     return bad_use("--checkpoint-every", "has no effect without --checkpoint");
   if (o.reactions && o.output.empty())
-    return bad_use("--reactions", "has no effect where no --out is to hold them");
+    return bad_use("--reactions", "has no effect without --out, which holds the reactions");
   return {};
 }
 
@@ -149,15 +148,15 @@ Result<Trajectory> run(const SimulateOptions& o, const Command& command, const M
     if (!checkpoint->written()) return tl::unexpected(checkpoint->written().error());
     if (checkpoint->stopped())
       return failure(o.scene,
-                     fmt::format("stopped at t = {:.6g} s of {:.6g} s; the same command goes on from {}",
+                     fmt::format("stopped at t = {:.6g} s of {:.6g} s; the same command continues from {}",
                                  trajectory->times.back(), settings.end_time, o.checkpoint));
   }
   judge_passing(model.without_contact, *trajectory);
   if (o.reactions)
     if (const auto done = add_reactions(scene, *trajectory); !done) return in_file(o.scene, done.error());
   bar.end(settings.accuracy > 0
-              ? fmt::format("to {:g} s at an accuracy of {:g}", settings.end_time, settings.accuracy)
-              : fmt::format("{} to {:g} s", settings.method, settings.end_time));
+              ? fmt::format("simulated {:g} s with accuracy {:g}", settings.end_time, settings.accuracy)
+              : fmt::format("{}, simulated {:g} s", settings.method, settings.end_time));
   return trajectory;
 }
 
@@ -183,8 +182,10 @@ Result<nlohmann::json> work(const SimulateOptions& o, const Command& command) {
   if (!certificate.trusted && !o.allow_untrusted) {
     if (command.json)
       fmt::print("{}\n", json_text(command.complete(answer_of(o, *model, *trajectory, false)), 2));
-    return failure(o.scene, fmt::format("the run is not to be trusted: {}; {}--allow-untrusted accepts it",
-                                        certificate.reason, o.output.empty() ? "" : "nothing was written; "));
+    return failure(
+        o.scene,
+        fmt::format("the certificate does not trust the run: {}; {}give --allow-untrusted to accept it",
+                    certificate.reason, o.output.empty() ? "" : "nothing was written; "));
   }
   if (!o.output.empty()) {
     auto settled = scene;
@@ -210,12 +211,12 @@ Result<nlohmann::json> work(const SimulateOptions& o, const Command& command) {
 
 void add_simulate(CLI::App& program, Command& command) {
   auto* verb =
-      program.add_subcommand("simulate", "Integrate a scene; print its certificate, write its trajectory");
+      program.add_subcommand("simulate", "Integrate a scene, print its certificate and write its trajectory");
   auto o = std::make_shared<SimulateOptions>();
-  verb->add_option("scene", o->scene, "The scene: TOML, MJCF, URDF or OpenSim")->required();
+  verb->add_option("scene", o->scene, "Scene file: TOML, MJCF, URDF or OpenSim")->required();
   add_model_options(*verb, o->model);
   verb->add_option("-o,--out", o->output,
-                   "Trajectory to write: .h5 (all of it), .csv, .glb (moving solids) or .html (a page)");
+                   "Trajectory to write: .h5 (complete), .csv, .glb (moving solids) or .html (a page)");
   verb->add_option("--method", o->method, "Integrator")->check(CLI::IsMember(integrator_names()));
   verb->add_option("--equations", o->equations,
                    "Equations of motion: recursive (along the tree) or lagrange (the paper's scan)")
@@ -224,46 +225,51 @@ void add_simulate(CLI::App& program, Command& command) {
       ->check(positive_number());
   verb->add_option("--integrator-tolerance", o->tolerance, "Adaptive methods: largest error per step")
       ->check(positive_number());
-  verb->add_option(
-          "--accuracy", o->accuracy,
-          "Largest error of positions and velocities, relative to their scales; chooses method and tolerance")
+  verb->add_option("--accuracy", o->accuracy,
+                   "Largest error of positions and velocities, relative to their scales; chooses the method "
+                   "and its tolerance")
       ->check(number_within(1e-11, 0.1))
       ->excludes("--method")
       ->excludes("--integrator-tolerance");
-  verb->add_flag("--verify", o->verify,
-                 "With --accuracy: run again at a tenth of the tolerance; the difference is the error");
+  verb->add_flag(
+      "--verify", o->verify,
+      "With --accuracy: run again with a tenth of the tolerance and report the difference as error");
   verb->add_option("--spectral-radius", o->spectral_radius,
-                   "generalized_alpha: share of infinitely stiff modes that a step keeps, 0 to 1")
+                   "generalized_alpha: amplitude that a step keeps of infinitely stiff modes, from 0 to 1")
       ->check(number_within(0., 1.));
-  verb->add_option("--end", o->end, "End time, s")->check(positive_number());
-  verb->add_option("--output-interval", o->output_interval, "Time between rows, s; 0: every accepted step")
+  verb->add_option("--end", o->end, "End time, s (default: the scene's)")->check(positive_number());
+  verb->add_option("--output-interval", o->output_interval,
+                   "Time between output rows, s; 0 writes every accepted step")
       ->check(number_not_negative());
   verb->add_option("--constraints", o->constraints,
-                   "What keeps the constraints: projection, or Baumgarte's restoring accelerations")
+                   "Treatment of constraint drift: projection, or Baumgarte's restoring accelerations")
       ->check(CLI::IsMember({"projection", "baumgarte"}));
-  verb->add_option("--baumgarte-alpha", o->alpha, "Baumgarte's gain on velocity, 1/s")
+  verb->add_option("--baumgarte-alpha", o->alpha, "Baumgarte's velocity gain, 1/s")
       ->check(number_not_negative());
-  verb->add_option("--baumgarte-beta", o->beta, "Baumgarte's gain on position, 1/s")
+  verb->add_option("--baumgarte-beta", o->beta, "Baumgarte's position gain, 1/s")
       ->check(number_not_negative());
-  verb->add_option("--impacts", o->impacts, "Contacts that meet at one moment: pair by pair, or all at once")
+  verb->add_option("--impacts", o->impacts,
+                   "Treatment of contacts that collide at the same moment: sequential (pair by pair) or "
+                   "simultaneous (all at once)")
       ->check(CLI::IsMember({"sequential", "simultaneous"}));
   verb->add_option("--restitution", o->restitution,
-                   "Definition of restitution: ratio of velocities (newton) or impulses (poisson)")
+                   "Definition of restitution: ratio of velocities (newton) or of impulses (poisson)")
       ->check(CLI::IsMember({"newton", "poisson"}));
   verb->add_option("--rest-speed", o->rest_speed, "Approach speed below which contacts do not rebound, m/s")
       ->check(positive_number());
-  verb->add_option("--energy-threshold", o->energy_threshold,
-                   "Largest trusted energy drift, relative to the energy turned over; 0: by method")
-      ->check(number_not_negative());
   verb->add_option(
-      "--checkpoint", o->checkpoint,
-      "File that keeps the run now and then and on ^C. The same command continues exactly there and "
-      "removes the file once the result is written");
-  verb->add_option("--checkpoint-every", o->checkpoint_every, "Seconds between writes of the checkpoint [60]")
+          "--energy-threshold", o->energy_threshold,
+          "Largest trusted energy drift, relative to the energy exchanged; 0 uses the method's own limit")
       ->check(number_not_negative());
-  verb->add_flag("--reactions", o->reactions, "Also write force and moment through each joint");
+  verb->add_option("--checkpoint", o->checkpoint,
+                   "File that stores the run at intervals and on ^C; the same command continues from it and "
+                   "removes it once the result is written");
+  verb->add_option("--checkpoint-every", o->checkpoint_every,
+                   "Time between writes of the checkpoint, s (default: 60)")
+      ->check(number_not_negative());
+  verb->add_flag("--reactions", o->reactions, "Also write the force and moment through each joint");
   verb->add_flag("--allow-untrusted", o->allow_untrusted,
-                 "Write a run even if its certificate does not trust it");
+                 "Write the run even if its certificate does not trust it");
   group_options(
       *verb, "Method",
       {"--method", "--equations", "--step", "--integrator-tolerance", "--spectral-radius", "--verify"});

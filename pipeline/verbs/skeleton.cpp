@@ -47,10 +47,11 @@ Result<nlohmann::json> work(const SkeletonAsked& asked, const Command& command) 
 
 void add_skeleton(CLI::App& program, Command& command) {
   auto* verb =
-      program.add_subcommand("skeleton", "From an inertia table and joint centres to a scene that moves");
+      program.add_subcommand("skeleton", "Build a scene that moves from an inertia table and joint centres");
   auto asked = std::make_shared<SkeletonAsked>();
   verb->add_option("table", asked->table, "Inertia table (.json)")->required();
-  verb->add_option("--landmarks", asked->landmarks, "Joint centres and bony points (.json, .mrk.json, .fcsv)")
+  verb->add_option("--landmarks", asked->landmarks,
+                   "Joint centres and bony points (.json, .mrk.json or .fcsv)")
       ->required();
   verb->add_option("-o,--out", asked->out, "Scene to write (.toml)")->required();
   verb->add_option("--name", asked->options.name, "Name of the scene")->capture_default_str();

@@ -72,7 +72,8 @@ Result<Sweep> sweep_of(const StabilityOptions& o, const Command& command) {
     }
     return sweep_of_scenes(std::move(scenes), o.scenes);
   }
-  if (o.scenes.size() > 1) return bad_use("--vary", "goes through one scene; name one, or leave --vary out");
+  if (o.scenes.size() > 1)
+    return bad_use("--vary", "applies to a single scene; name one, or leave --vary out");
   const auto vary = parse_vary(o.vary);
   if (!vary) return tl::unexpected(vary.error());
   const auto values = parse_ladder(vary->second, "--vary");
@@ -259,7 +260,7 @@ Result<nlohmann::json> work_on_map(const StabilityOptions& o, const Command& com
   StabilityObserver observer;
   Result<void> written;
   constexpr const char* stopped =
-      "\nborelli: stopped; the same command goes on from the columns that are through\n";
+      "\nborelli: stopped; the same command continues after the last finished column\n";
   kept.read(observer);
   if (!observer.known_limits.empty()) say_when_stopped(stopped);
   observer.progress = [&](double fraction) { bar.update(fraction); };
@@ -285,7 +286,8 @@ Result<nlohmann::json> work_on_map(const StabilityOptions& o, const Command& com
         return tl::unexpected(done.error());
   if (!command.json) {
     print(*map);
-    fmt::print("{}: the maps on a page; beside it SVG, PNG and CSV\n", (folder / "stability.html").string());
+    fmt::print("{}: page with the maps; SVG, PNG and CSV files are beside it\n",
+               (folder / "stability.html").string());
   }
   return json_of(*map);
 }
@@ -293,7 +295,7 @@ Result<nlohmann::json> work_on_map(const StabilityOptions& o, const Command& com
 Result<nlohmann::json> work_on_long_runs(const StabilityOptions& o, const Command& command) {
   const std::filesystem::path folder = o.folder;
   if (o.scenes.size() > 1 || !o.vary.empty())
-    return bad_use("--long", "runs one scene as it is; name one, and leave --vary out");
+    return bad_use("--long", "runs a single scene without changes; name one, and leave --vary out");
   LongRunSettings settings;
   settings.methods = o.methods;
   settings.equations = o.equations == "lagrange" ? Equations::lagrange : Equations::recursive;
@@ -305,7 +307,7 @@ Result<nlohmann::json> work_on_long_runs(const StabilityOptions& o, const Comman
     const auto parsed = parse_ladder(*text, what);
     if (!parsed) return tl::unexpected(parsed.error());
     if (parsed->values.size() > 1 || !(parsed->values[0] > 0))
-      return bad_use(what, fmt::format("is '{}'; long runs take one positive number", *text));
+      return bad_use(what, fmt::format("is '{}'; long runs need one positive number", *text));
     *value = parsed->values[0];
   }
   auto scene = read(o, o.scenes[0], command);
@@ -340,13 +342,14 @@ Result<nlohmann::json> work_on_long_runs(const StabilityOptions& o, const Comman
                  run.energy.empty()
                      ? run.reason
                      : fmt::format("{} {:10.2g} 1/s, swing {:10.2g}{}{}",
-                                   run.secular   ? "adds up by   "
+                                   run.secular   ? "grows steadily "
                                    : run.large() ? "off by more than a tenth, drift"
                                                  : "bounded, drift",
                                    run.drift, run.swing, run.reason.empty() ? "" : "; ", run.reason));
   }
   if (!command.json)
-    fmt::print("{}: the runs on a page; beside it SVG, PNG and CSV\n", (folder / "long.html").string());
+    fmt::print("{}: page with the runs; SVG, PNG and CSV files are beside it\n",
+               (folder / "long.html").string());
   return nlohmann::json{{"scene", runs->scene}, {"step", runs->step}, {"end", runs->end}, {"runs", all}};
 }
 
@@ -354,37 +357,44 @@ Result<nlohmann::json> work_on_long_runs(const StabilityOptions& o, const Comman
 
 void add_stability(CLI::App& program, Command& command) {
   auto* verb = program.add_subcommand(
-      "stability", "Map where methods fail on a scene, over steps and a number of the scene");
+      "stability", "Map where methods fail on a scene, over the step and over one number of the scene");
   auto o = std::make_shared<StabilityOptions>();
-  verb->add_option("scenes", o->scenes, "Scene: TOML, MJCF, URDF or OpenSim; of several, each is a column of the map")
+  verb->add_option("scenes", o->scenes,
+                   "Scene file: TOML, MJCF, URDF or OpenSim; several scenes become the map's columns")
       ->required();
   add_model_options(*verb, o->model);
-  verb->add_option("-o,--out", o->folder, "Folder for page, drawings and tables")->capture_default_str();
+  verb->add_option("-o,--out", o->folder, "Folder for the page, the drawings and the tables")
+      ->capture_default_str();
   verb->add_option("--vary", o->vary,
-                   "PATH=LOW:HIGH[:COUNT]: varies a number of the scene's file, such as "
-                   "spring.stiffness=1:1e8; several paths with commas between take the same value");
+                   "Number of the scene's file to vary, PATH=LOW:HIGH[:COUNT], such as "
+                   "spring.stiffness=1:1e8; several paths separated by commas take the same value");
   verb->add_option("--step", o->step,
-                   "LOW:HIGH[:COUNT]: steps of methods with fixed steps, s; with --long a single value");
+                   "Steps of methods with a fixed step, LOW:HIGH[:COUNT], s; with --long a single value");
   verb->add_option("--integrator-tolerance", o->tolerance,
-                   "LOW:HIGH[:COUNT]: tolerances of adaptive methods; with --long a single value");
-  verb->add_option("--methods", o->methods, "Integrators, with commas between [all]")
+                   "Tolerances of adaptive methods, LOW:HIGH[:COUNT]; with --long a single value");
+  verb->add_option("--methods", o->methods, "Integrators, separated by commas (default: all)")
       ->delimiter(',')
       ->check(CLI::IsMember(integrator_names()));
-  verb->add_option("--equations", o->equations, "Equations of motion to solve")
+  verb->add_option("--equations", o->equations,
+                   "Equations of motion: recursive (along the tree) or lagrange (the paper's scan)")
       ->check(CLI::IsMember({"recursive", "lagrange"}))
       ->capture_default_str();
-  verb->add_option("--constraints", o->constraints, "What keeps the constraints [the scene's own setting]")
+  verb->add_option(
+          "--constraints", o->constraints,
+          "Treatment of constraint drift: projection or baumgarte (default: the scene's own setting)")
       ->check(CLI::IsMember({"projection", "baumgarte"}));
-  verb->add_option("--end", o->end, "End time, s")->check(positive_number());
-  verb->add_option("--least-steps", o->lengths.least, "Least steps of a run, even past its end")
+  verb->add_option("--end", o->end, "End time of each run, s (default: the scene's)")
+      ->check(positive_number());
+  verb->add_option("--least-steps", o->lengths.least, "Least number of steps per run, even past its end time")
       ->check(CLI::Range(8L, 1000000000L))
       ->capture_default_str();
-  verb->add_option("--most-steps", o->lengths.most, "Most steps of a run, even if it has not reached its end")
+  verb->add_option("--most-steps", o->lengths.most,
+                   "Largest number of steps per run, even before its end time")
       ->check(CLI::Range(8L, 1000000000L))
       ->capture_default_str();
-  verb->add_flag("--failing", o->failing, "Write the scenes on which a method failed nearest to its limit");
+  verb->add_flag("--failing", o->failing, "Write the scenes on which a method failed closest to its limit");
   verb->add_option("--long", o->long_steps,
-                   "Instead of a map: drift of energy and momentum over this many steps")
+                   "Instead of a map: measure the drift of energy and momentum over this many steps")
       ->check(CLI::Range(8L, 10000000L))
       ->excludes("--failing");
   group_options(*verb, "Methods",

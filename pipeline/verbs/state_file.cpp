@@ -79,21 +79,23 @@ std::string no_number(const json& value, const std::string& name) {
 
 Result<json> of_numbers(const StateOptions& o, json answer) {
   if (const std::string name = no_number(answer, ""); !name.empty())
-    return failure(o.scene, fmt::format("{} is no finite number at this state: the state, or a number of the "
-                                        "scene, is too large",
-                                        name));
+    return failure(
+        o.scene,
+        fmt::format(
+            "{} is not a finite number at this state; the state or a number of the scene is too large",
+            name));
   return answer;
 }
 
 void add_state_options(CLI::App& verb, StateOptions& o) {
-  verb.add_option("scene", o.scene, "The scene: TOML, MJCF, URDF or OpenSim")->required();
+  verb.add_option("scene", o.scene, "Scene file: TOML, MJCF, URDF or OpenSim")->required();
   add_model_options(verb, o.model);
-  verb.add_option(
-      "--state", o.state,
-      "JSON with t (s), q, v, efforts in the order of the scene's file, as `simulate --json` answers its "
-      "`end`; "
-      "q must be there, a missing t, v or efforts is zero; without a state file, the scene's initial state");
-  verb.add_option("--equations", o.equations, "Equations of motion: along the tree, or the paper's scan")
+  verb.add_option("--state", o.state,
+                  "JSON file with t (s), q, v and efforts in the order of the scene's file, as `end` in the "
+                  "answer of `simulate --json`; q is required, a missing t, v or efforts is zero (default: "
+                  "the scene's initial state)");
+  verb.add_option("--equations", o.equations,
+                  "Equations of motion: recursive (along the tree) or lagrange (the paper's scan)")
       ->check(CLI::IsMember({"recursive", "lagrange"}));
 }
 

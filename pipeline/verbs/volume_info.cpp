@@ -125,12 +125,12 @@ std::string volume_info_text(const json& info) {
   if (info.contains("pose")) line("pose", info["pose"]);
   if (info.contains("sex")) line("sex", info["sex"]);
   if (info.contains("age_years")) line("age", fmt::format("{:.3g} years", info["age_years"].get<double>()));
-  line("holds", info["holds"].is_null() ? "not clear" : info["holds"].get<std::string>());
+  line("holds", info["holds"].is_null() ? "unclear" : info["holds"].get<std::string>());
   line("voxels", numbers("voxels"));
   line("spacing", numbers("spacing_mm") + " mm");
   for (std::size_t c = 0; c < 3; ++c)
     line(c ? "" : "axes", fmt::format("{} runs to {}", "ijk"[c], info["axes_run_to"][c].get<std::string>()));
-  if (info["sheared"]) line("", "they are not square to each other (sheared grid)");
+  if (info["sheared"]) line("", "the axes are not perpendicular (sheared grid)");
   if (info.contains("least"))
     line("values", fmt::format("{} to {}", info["least"].get<double>(), info["greatest"].get<double>()));
   if (info.contains("labels"))

@@ -303,11 +303,11 @@ TEST(Economy, RefusesWhatItCannotTell) {
             std::string::npos);
   EXPECT_NE(refused_words("none.toml").find("none.toml: no such file"), std::string::npos);
   const std::string volume = folder.write("v.nii.gz", "");
-  EXPECT_NE(refused_words(volume + " --end 3").find("the other options are for scenes"), std::string::npos);
+  EXPECT_NE(refused_words(volume + " --end 3").find("leave out the options for scenes"), std::string::npos);
   EXPECT_NE(refused_words(volume + " --quantity centre").find("centre"), std::string::npos);
-  EXPECT_NE(refused_words(volume + " --keep centre").find("the other options are for scenes"),
+  EXPECT_NE(refused_words(volume + " --keep centre").find("leave out the options for scenes"),
             std::string::npos);
-  EXPECT_NE(refused_words(folder.write("s.toml", "").string() + " --quantity centre").find("give --keep"),
+  EXPECT_NE(refused_words(folder.write("s.toml", "").string() + " --quantity centre").find("use --keep"),
             std::string::npos);
   Scene chaotic = read_scene(test::source_folder() + "/samples/pendulum_5.toml").value();
   chaotic.simulation.end_time = 60;

@@ -90,7 +90,7 @@ TEST(ModelVerbs, WhatIsNoSceneIsRefusedInOneSentence) {
 TEST(ModelVerbs, SimulateAndInfoSayWhatIsNotModelled) {
   const TestFolder folder;
   const std::string file = folder.write("plate.xml", spinner_mjcf);
-  const std::string line = "warning: not modelled, changes the motion: <motor> in <actuator>: at ";
+  const std::string line = "warning: not modelled and changes the motion: <motor> in <actuator>: at ";
   for (const char* verb : {"info ", "simulate "}) {
     const ProgramRun run = run_program(verb + file);
     EXPECT_EQ(run.code, 0) << run.err;
@@ -127,7 +127,8 @@ TEST(ModelVerbs, WhatFallsInMjcfLandsOnItsPlaneOrIsNotTrusted) {
   const std::string tin = model("<geom name='tin' type='cylinder' size='.1 .1'/>");
   const ProgramRun run = run_program("simulate " + tin);
   EXPECT_EQ(run.code, 1);
-  EXPECT_NE(run.err.find("not modelled, changes the motion: contacts of 1 pairs of geoms"), std::string::npos)
+  EXPECT_NE(run.err.find("not modelled and changes the motion: contacts of 1 pairs of geoms"),
+            std::string::npos)
       << run.err;
   EXPECT_NE(run.out.find("UNTRUSTED: a geom of the world and geom 'tin' overlap at t = "), std::string::npos)
       << run.out;

@@ -95,7 +95,7 @@ TEST_F(PhantomVerb, RefusesWhatItCannotMakeAndLeavesNothing) {
   const std::vector<std::array<std::string, 2>> asked{
       {{"--mass 200 -o body.nii.gz", "can weigh"},
        {"--pose knee=3 -o body.nii.gz", "knee_left_flexion"},
-       {"--pose knee_left_flexion -o body.nii.gz", "of the form"},
+       {"--pose knee_left_flexion -o body.nii.gz", "is not a joint angle"},
        {"--pose knee_left_flexion=20 --pose knee_left_flexion=30 "
         "-o body.nii.gz",
         "twice"},

@@ -94,7 +94,7 @@ class RunVerb : public testing::Test {
     for (std::string line; std::getline(said, line);) {
       const std::string stage = line.substr(0, line.find(' '));
       if (line.ends_with(" ...")) done.insert(stage);
-      if (line.ends_with("done before")) done.erase(stage);
+      if (line.ends_with("already done")) done.erase(stage);
     }
     done.erase("picture");
     return done;
@@ -442,7 +442,7 @@ TEST_F(RunVerb, MovesTheSmallestModelWithinATolerance) {
       Names{});
   EXPECT_EQ(stages_done(run), (Names{"motion", "glb", "report"}));
   EXPECT_FALSE(fs::exists(result("model/smallest.toml")));
-  expect_refused("run " + run + " --keep centre", 2, "--keep: says what is to stay within --tolerance");
+  expect_refused("run " + run + " --keep centre", 2, "--keep: says what must stay within --tolerance");
   expect_refused("run " + run + " --tolerance 1e-6", 2, "--integrator-tolerance");
 }
 
@@ -462,7 +462,7 @@ TEST_F(RunVerb, AStepIsForMethodsOfFixedOnes) {
 
 TEST_F(RunVerb, SettingsThatAreWrongAreNamedWithTheirLine) {
   for (const auto& [text, said] :
-       {std::pair{"[run]\nsex = 'male'\ncolour = 'red'\n", ":3: there is no setting run.colour"},
+       {std::pair{"[run]\nsex = 'male'\ncolour = 'red'\n", ":3: unknown setting run.colour"},
         {"[run]\n\nintegrator-tolerance = 'few'\n",
          ":3: run.integrator-tolerance is 'few', expected a number"},
         {"[run]\ntuck = true\n", ":2: run.tuck is true, expected a number"},
@@ -471,14 +471,14 @@ TEST_F(RunVerb, SettingsThatAreWrongAreNamedWithTheirLine) {
         {"[run]\ntuck = 2\n", ":2: run.tuck: is 2, expected a number from 0 to 1"},
         {"[run]\nsex = 'neither'\n", ":2: run.sex: neither not in"},
         {"[run]\ntuck = [0.5]\n", ":2: run.tuck is a list"},
-        {"[run.leap]\ntuck = 1\n", ":1: there is no setting run.leap"},
-        {"[walk]\ntuck = 1\n", ":1: there is no verb walk"},
-        {"colour = 1\n", ":1: there is no setting colour"},
+        {"[run.leap]\ntuck = 1\n", ":1: unknown setting run.leap"},
+        {"[walk]\ntuck = 1\n", ":1: unknown verb walk"},
+        {"colour = 1\n", ":1: unknown setting colour"},
         {"threads = 1.5\n", ":1: threads is 1.5, expected a whole number"},
         {"[phantom]\nspacing = [2.0, 'x', 3.0]\n", ":2: phantom.spacing is 'x', expected a number"},
         {"[phantom]\nspacing = [2.0, 3.0, 4.0, 5.0]\n", ":2: phantom.spacing has 4 entries"},
         {"[phantom]\nrotation-deg = [1.0, 2.0]\n", ":2: phantom.rotation-deg has 2 entries, expected 3"},
-        {"[run]\nhelp = true\n", ":2: there is no setting run.help"},
+        {"[run]\nhelp = true\n", ":2: unknown setting run.help"},
         {"[run]\ntuck = \n", ":2: "}}) {
     folder.write("run.toml", text);
     expect_refused("run " + path("scan.mhd") + words() + " --settings " + path("run.toml"), 2,
@@ -492,7 +492,7 @@ TEST_F(RunVerb, RefusesBeforeAnythingIsMade) {
   for (const char* out :
        {".", "slices", "slices/new"})  // (by its own name the folder's results would be in it)
     expect_refused("run --keep-paths " + path("slices") + " -o " + path(out), 2,
-                   "of whose files the scan is made");
+                   "lies within the scan's folder");
   fs::remove(folder / "slices");
   expect_refused("run " + path("none.mhd") + words(), 2, "none.mhd: no such file");
   expect_refused("run " + path("scan.mhd") + words("s", "none.json"), 2, "none.json: no such file");

@@ -128,7 +128,7 @@ TEST(Simulate, BadUseEndsInOneSentence) {
   expect_refused("simulate " + samples + "roundabout.toml --method rk4 --integrator-tolerance 1e-6" + output,
                  2, "--integrator-tolerance: has no effect with rk4", folder, 0);
   expect_refused("simulate " + samples + "roundabout.toml --baumgarte-beta 3" + output, 2,
-                 "--baumgarte-beta: has no effect where constraints are kept by projection", folder, 0);
+                 "--baumgarte-beta: has no effect when projection keeps the constraints", folder, 0);
   expect_refused("simulate " + samples + "roundabout.toml --constraints glue" + output, 2, "glue", folder, 0);
   expect_refused("simulate " + samples + "roundabout.toml -o " + (folder / "a.xyz").string(), 2,
                  "expected .h5", folder, 0);
@@ -290,7 +290,7 @@ TEST(Simulate, AStoppedRunResumesExactlyFromItsCheckpoint) {
   const std::string broken = command("a.csv", " --checkpoint " + kept);
   const ProgramRun first = run_program(broken + " --checkpoint-every 0.05", when_there(kept, "kill -INT $p"));
   EXPECT_EQ(first.code, 1) << first.err;
-  EXPECT_NE(first.err.find("the same command goes on from " + kept), std::string::npos) << first.err;
+  EXPECT_NE(first.err.find("the same command continues from " + kept), std::string::npos) << first.err;
   EXPECT_EQ(folder.count(), 1);
   // another run's checkpoint is not taken up
   const ProgramRun other = run_program(command("a.csv", " --rest-speed 1e-5 --checkpoint " + kept));
@@ -337,7 +337,7 @@ TEST(Simulate, SignalsThatComeTogetherStopARunOnce) {
           "pendulum_7.toml --method rk4 --end 100 --step 1e-4 --checkpoint-every 0.05 --checkpoint " + kept,
       when_there(kept, "kill -TERM $p; kill -HUP $p; kill -TERM $p"));
   EXPECT_EQ(stopped.code, 1) << stopped.err;
-  EXPECT_NE(stopped.err.find("the same command goes on from " + kept), std::string::npos) << stopped.err;
+  EXPECT_NE(stopped.err.find("the same command continues from " + kept), std::string::npos) << stopped.err;
   EXPECT_EQ(folder.count(), 1);
 }
 
@@ -365,7 +365,7 @@ TEST(Simulate, WritesOverNothingThatItReads) {
     expect_refused("simulate " + own + " -o " + output, 2, "is what this command reads", folder, 2);
   const std::string json = folder.write("scene.json", scene);
   expect_refused("equilibrium " + json + " -o " + json, 2, "is what this command reads", folder, 3);
-  expect_refused("equilibrium " + own + " -o " + (folder / "rest.toml").string(), 2, "does not end in .json",
+  expect_refused("equilibrium " + own + " -o " + (folder / "rest.toml").string(), 2, "is not a .json file",
                  folder, 3);
   EXPECT_EQ(text_of(own), scene);
   EXPECT_EQ(text_of(json), scene);
@@ -377,7 +377,7 @@ TEST(Simulate, OptionsWithoutEffectAreRefused) {
   expect_refused(command + "--reactions", 2, "--reactions: has no effect", folder, 0);
   expect_refused(command + "--checkpoint-every 5", 2, "--checkpoint-every: has no effect", folder, 0);
   for (const char* option : {"--out", "--checkpoint"})  // a variable of the shell that is not set
-    expect_refused(command + option + " ''", 2, std::string(option) + ": is given as nothing", folder, 0);
+    expect_refused(command + option + " ''", 2, std::string(option) + ": has an empty value", folder, 0);
 }
 
 }  // namespace

@@ -169,9 +169,9 @@ TEST(StabilityVerb, SaysInASentenceWhatIsWrong) {
   refused("--vary 'solid[cube].shape.mass'", "expected PATH=LOW:HIGH");
   refused("--vary 'solid[cube].shape.mass=2:1'", "--vary: is '2:1', expected LOW:HIGH");
   refused("--step=-1,1", "a step or tolerance is -1");
-  refused("--long 100 --step 1:2", "long runs take one positive number");
+  refused("--long 100 --step 1:2", "long runs need one positive number");
   refused("--most-steps 100", "runs have 200 to 100 steps");
-  refused(samples + "pendulum.toml --vary gravity[2]=1:2", "goes through one scene");
+  refused(samples + "pendulum.toml --vary gravity[2]=1:2", "applies to a single scene");
 }
 
 // ---- scenes that fail ----

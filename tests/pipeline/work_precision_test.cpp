@@ -173,7 +173,7 @@ TEST(WorkPrecision, StoppedItSaysWhatIsKept) {
                               (folder / "chart").string();
   const ProgramRun stopped = run_program(command, "timeout --foreground --preserve-status -s INT 3");
   EXPECT_EQ(stopped.code, 128 + SIGINT);
-  EXPECT_NE(stopped.err.find("the same command goes on from the methods that are through"), std::string::npos)
+  EXPECT_NE(stopped.err.find("the same command continues after the last finished method"), std::string::npos)
       << stopped.err;
   EXPECT_TRUE(std::filesystem::exists(folder / "chart" / "chart.partial.json"));
 }

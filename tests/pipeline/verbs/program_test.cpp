@@ -16,10 +16,10 @@ TEST(Program, AlonePrintsItsHelp) {
 TEST(Program, NamesTheVerbThatAMistypedOneStandsFor) {
   const ProgramRun near = run_program("simulat scene.toml");
   EXPECT_EQ(near.code, 2);
-  EXPECT_EQ(near.err, "borelli: simulat: no such verb; did you mean simulate?\n");
+  EXPECT_EQ(near.err, "borelli: simulat: unknown verb; did you mean simulate?\n");
   const ProgramRun far = run_program("banana");
   EXPECT_EQ(far.code, 2);
-  EXPECT_EQ(far.err, "borelli: banana: no such verb (see borelli --help)\n");
+  EXPECT_EQ(far.err, "borelli: banana: unknown verb (see borelli --help)\n");
 }
 
 }  // namespace
