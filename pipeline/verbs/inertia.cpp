@@ -51,9 +51,10 @@ Result<std::string> cuts_of(const InertiaSettings& settings) {
   if (!told) return told;
   if (told->empty()) *told = settings.convention.empty() ? MeasureOptions{}.cuts : settings.convention;
   if (!settings.convention.empty() && settings.convention != *told)
-    return bad_use("--convention " + settings.convention,
-                   fmt::format("{} cut the labels, says {}; leave --convention out, or segment again with it",
-                               *told, settings.findings));
+    return bad_use(
+        "--convention " + settings.convention,
+        fmt::format("the labels were cut by {}, as {} says; leave --convention out, or segment again with it",
+                    *told, settings.findings));
   return told;
 }
 

@@ -25,15 +25,15 @@ std::string reason() { return std::generic_category().message(errno); }
 const char* words(int inflate_status) {
   switch (inflate_status) {
     case ISAL_INVALID_WRAPPER:
-      return "it begins with no header of a compressed stream";
+      return "it does not begin with a compression header";
     case ISAL_UNSUPPORTED_METHOD:
-      return "compressed by no method that is known";
+      return "its compression method is unknown";
     case ISAL_INCORRECT_CHECKSUM:
-      return "its checksum or length is another";
+      return "its checksum or length does not match";
     case ISAL_NEED_DICT:
       return "its dictionary is missing";
     default:
-      return "an impossible block, symbol or distance";
+      return "it contains an impossible block, symbol or distance";
   }
 }
 
@@ -122,13 +122,13 @@ struct ByteSource::State {
       const int status = inflate();
       got += room - stream.avail_out;
       if (status < 0 || status == ISAL_NEED_DICT)
-        return failure(path, std::string("holds damaged compressed data (") + words(status) + ")");
+        return failure(path, std::string("contains damaged compressed data (") + words(status) + ")");
       if (stream.block_state == ISAL_BLOCK_FINISH) {
         if (const auto done = next_member(); !done) return tl::unexpected(done.error());
       } else if (stream.avail_in == 0 && stream.avail_out > 0) {
         const auto more = refill();
         if (!more) return tl::unexpected(more.error());
-        if (!*more) return failure(path, "is cut off: its compressed data end before they are complete");
+        if (!*more) return failure(path, "is cut off: its compressed data end too early");
       }
     }
     return got;
@@ -164,7 +164,7 @@ struct ByteSource::State {
       if (bzip2.avail_in == 0) {
         const auto more = refill_bzip2();
         if (!more) return tl::unexpected(more.error());
-        if (!*more) return failure(path, "is cut off: its compressed data end before they are complete");
+        if (!*more) return failure(path, "is cut off: its compressed data end too early");
       }
       const std::size_t room = std::min<std::size_t>(target.size() - got, std::size_t{1} << 30);
       bzip2.next_out = reinterpret_cast<char*>(target.data() + got);
@@ -174,8 +174,8 @@ struct ByteSource::State {
       if (status == BZ_MEM_ERROR) throw std::bad_alloc();
       if (status != BZ_OK && status != BZ_STREAM_END)
         return failure(path, status == BZ_DATA_ERROR_MAGIC
-                                 ? "holds no data compressed by bzip2 where they were expected"
-                                 : "holds damaged compressed data (bzip2)");
+                                 ? "does not contain bzip2 data where its header says so"
+                                 : "contains damaged compressed data (bzip2)");
       if (status == BZ_STREAM_END) {
         if (bzip2.avail_in == 0) {
           const auto more = refill_bzip2();

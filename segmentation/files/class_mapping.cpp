@@ -60,14 +60,14 @@ Result<ClassRule> read_rule(const std::string& where, std::string_view part, std
     const std::string word = plain_name(part.substr(at, end - at));
     const auto set = parts_of_word(word);
     if (!set)
-      return failure(
-          where, fmt::format("'{}' is no part: expected a part (thigh_left), several with commas between, "
-                             "a group (thigh, arm_left, leg, trunk, axial, body) or outside",
-                             trimmed(part.substr(at, end - at))));
+      return failure(where,
+                     fmt::format("'{}' is not a part; expected a part (thigh_left), several separated by "
+                                 "commas, a group (thigh, arm_left, leg, trunk, axial, body) or outside",
+                                 trimmed(part.substr(at, end - at))));
     rule.parts |= *set;
     ++words;
     if (*set == 0 && (words > 1 || end < part.size()))
-      return failure(where, "a class that is outside the body belongs to no part beside");
+      return failure(where, "a class that is outside the body cannot also belong to a part");
     at = end + 1;
   }
   constexpr std::string_view names[] = {"soft", "bone", "fat", "lung", "air"};
@@ -75,7 +75,7 @@ Result<ClassRule> read_rule(const std::string& where, std::string_view part, std
   const std::string word = plain_name(tissue);
   const auto found = std::ranges::find(names, word);
   if (found == std::end(names))
-    return failure(where, fmt::format("'{}' is no tissue: expected soft, bone, fat, lung or air", tissue));
+    return failure(where, fmt::format("'{}' is not a tissue; expected soft, bone, fat, lung or air", tissue));
   rule.tissue = static_cast<ClassTissue>(found - std::begin(names));
   return rule;
 }
@@ -90,10 +90,10 @@ std::optional<std::int64_t> read_number(std::string_view text) {
 Result<void> add(ClassMapping& mapping, const std::string& where, ClassMapping::Entry entry,
                  std::set<std::string>& seen) {
   if (entry.label && *entry.label == 0 && entry.rule.parts != 0)
-    return failure(where, "label 0 is what no class has: it can only be outside");
+    return failure(where, "label 0 means no class, so it can only be outside");
   for (const std::string& key : {entry.label ? fmt::format("label {}", *entry.label) : "",
                                  entry.name.empty() ? "" : plain_name(entry.name)})
-    if (!key.empty() && !seen.insert(key).second) return failure(where, key + " is there twice");
+    if (!key.empty() && !seen.insert(key).second) return failure(where, key + " appears twice");
   mapping.entries.push_back(std::move(entry));
   return {};
 }
@@ -131,20 +131,19 @@ Result<ClassMapping> from_table(const std::string& path, std::istream& text) {
         if (name == "tissue") tissue_column = c;
       }
       if (part_column < 0 || (label_column < 0 && name_column < 0))
-        return failure(
-            where,
-            "the header is 'label<TAB>part', 'name<TAB>part' or 'label<TAB>name<TAB>part<TAB>tissue'; "
-            "found '" +
-                line + "'");
+        return failure(where,
+                       "expected the header 'label<TAB>part', 'name<TAB>part' or "
+                       "'label<TAB>name<TAB>part<TAB>tissue'; found '" +
+                           line + "'");
       continue;
     }
     ClassMapping::Entry entry{std::nullopt, cell(name_column), {}};
     if (const std::string digits = cell(label_column); !digits.empty()) {
       entry.label = read_number(digits);
-      if (!entry.label) return failure(where, "a label is a whole number from 0; found '" + digits + "'");
+      if (!entry.label)
+        return failure(where, "expected a label, a whole number from 0; found '" + digits + "'");
     }
-    if (!entry.label && entry.name.empty())
-      return failure(where, "tells of no class: neither label nor name");
+    if (!entry.label && entry.name.empty()) return failure(where, "the row has neither a label nor a name");
     auto rule = read_rule(where, cell(part_column), cell(tissue_column));
     if (!rule) return tl::unexpected(rule.error());
     entry.rule = *rule;
@@ -162,11 +161,11 @@ Result<ClassMapping> from_json(const std::string& path, std::istream& text) {
   if (!document.is_object())
     return failure(
         path,
-        "is no mapping: expected an object from label or name to part, {\"femur_left\": \"thigh_left\"}");
+        "is not a mapping; expected an object from label or name to part, {\"femur_left\": \"thigh_left\"}");
   ClassMapping mapping;
   std::set<std::string> seen;
   for (const auto& [key, value] : document.items()) {
-    if (key.empty()) return failure(path, "has a class with neither label nor name");
+    if (key.empty()) return failure(path, "contains a class with neither label nor name");
     const std::string where = path + ": " + key;
     std::string part, tissue;
     if (value.is_string()) {
@@ -223,14 +222,14 @@ Result<ClassMapping> class_mapping(const std::string& name_or_file) {
   if (std::error_code ignored; !std::filesystem::exists(name_or_file, ignored)) {
     std::string ready;
     for (const auto name : ready_mappings) ready += (ready.empty() ? "" : ", ") + std::string(name);
-    return bad_use(name_or_file, "no such mapping: neither a file nor one of " + ready);
+    return bad_use(name_or_file, "unknown mapping; give a file, or one of " + ready);
   }
   const auto text = read_input_file(name_or_file);
   if (!text) return tl::unexpected(text.error());
   std::istringstream file(*text);
   mapping = lower_case(name_or_file).ends_with(".json") ? from_json(name_or_file, file)
                                                         : from_table(name_or_file, file);
-  if (mapping && mapping->entries.empty()) return failure(name_or_file, "tells of no class");
+  if (mapping && mapping->entries.empty()) return failure(name_or_file, "contains no class");
   return mapping;
 }
 

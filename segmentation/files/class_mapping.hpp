@@ -66,9 +66,8 @@ inline constexpr std::string_view ready_mappings[] = {"totalsegmentator", "total
 
 /// For the help of --label-mapping.
 inline constexpr const char* label_mapping_help =
-    "The labels are another program's classes. Their parts are told by: totalsegmentator, "
-    "totalsegmentator_v1, "
-    "totalsegmentator_mr, icrp110, or a table from class to part";
+    "How the classes of another program's labels map to parts: totalsegmentator, totalsegmentator_v1, "
+    "totalsegmentator_mr, icrp110, or a file that lists each class with its part";
 
 /// A built-in mapping by its name, or a file (.json, else tab-separated). Errors, each with its line or key:
 /// no such file; a line without a part; an unknown part or tissue; a repeated class.

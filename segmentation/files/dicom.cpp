@@ -87,19 +87,18 @@ Error nothing_to_read(const std::string& folder, const Found& found) {
   const auto refusal = [&]() -> Result<void> {
     if (found.frames)
       return failure(folder,
-                     "holds multi-frame DICOM (all slices in one file) that does not say where each frame "
-                     "lies; export it as one "
-                     "file per slice, or as .nii.gz");
+                     "contains multi-frame DICOM (all slices in one file) that does not say where each frame "
+                     "lies; export it as one file per slice, or as .nii.gz");
     if (found.segmentations)
-      return bad_use(
-          folder,
-          "holds a DICOM segmentation and no scan; give it with --labels, and its scan as the volume");
-    if (found.colours) return failure(folder, "holds only colour pictures; a CT or MR series is needed");
+      return bad_use(folder,
+                     "contains a DICOM segmentation but no scan; give the segmentation with --labels and its "
+                     "scan as the volume");
+    if (found.colours) return failure(folder, "contains only colour pictures; give a CT or MR series");
     if (found.unplaced)
       return failure(folder,
-                     "holds DICOM pictures without position, orientation or pixel spacing that makes sense; "
-                     "a CT or MR series is needed");
-    return bad_use(folder, "holds no DICOM images");
+                     "contains DICOM pictures without a usable position, orientation or pixel spacing; give "
+                     "a CT or MR series");
+    return bad_use(folder, "contains no DICOM images");
   };
   Error error = refusal().error();
   for (const auto& sentence : found.placeholders.sentences()) error.what += "; " + sentence;
@@ -127,11 +126,11 @@ Result<DicomVolume> choose(const std::string& folder, Found found) {
     if (volumes.size() > 4) others += fmt::format(" and {} more", volumes.size() - 4);
     chosen.notes.insert(
         chosen.notes.begin(),
-        fmt::format("of {} {} the largest{} was taken, {}; left aside: {}", volumes.size(),
+        fmt::format("found {} {}; read the largest{}, {}; ignored: {}", volumes.size(),
                     one_series ? "volumes of one series" : "series",
                     chosen.slices.front().modality == "CT" ? " CT" : "", described(chosen), others));
   }
-  for (auto& sentence : found.placeholders.sentences()) chosen.notes.push_back(sentence + "; left aside");
+  for (auto& sentence : found.placeholders.sentences()) chosen.notes.push_back(sentence + "; ignored");
   return chosen;
 }
 
@@ -143,13 +142,14 @@ Result<FileQuantity> quantity_of(const std::string& folder, const std::string& m
     return bad_use(
         folder,
         fmt::format(
-            "holds a series of modality '{}', which does not say what its values mean; say --quantity",
+            "contains a series of modality '{}', which does not say what its values mean; give --quantity",
             modality));
   }
   const FileQuantity own = ct ? FileQuantity::hu : FileQuantity::mr;
   if (asked && *asked != own)
-    return bad_use(folder, fmt::format("is a DICOM {} series, so its values are '{}', not '{}'", modality,
-                                       quantity_name(own), quantity_name(*asked)));
+    return bad_use(folder,
+                   fmt::format("is a DICOM {} series, so its values are '{}', not '{}'; correct --quantity",
+                               modality, quantity_name(own), quantity_name(*asked)));
   return own;
 }
 
@@ -258,8 +258,8 @@ std::string pose_of(std::string_view patient_position) {
   const auto way = patient_position.substr(2);
   if (way == "S") return "supine";
   if (way == "P") return "prone";
-  if (way == "DL") return "on the left side";
-  if (way == "DR") return "on the right side";
+  if (way == "DL") return "lying on the left side";
+  if (way == "DR") return "lying on the right side";
   return "";
 }
 
@@ -302,7 +302,7 @@ ScannedVolume describe(const SliceStack& stack, const QuantityReading& reading) 
   scanned.volume.quantity = held_as(reading.quantity);
   if (first.modality == "CT" && !first.rescale_type.empty() && first.rescale_type != "HU")
     scanned.warnings.push_back("the series calls its values '" + first.rescale_type +
-                               "', not 'HU'; they were taken as Hounsfield units");
+                               "', not 'HU'; they were read as Hounsfield units");
   return scanned;
 }
 
@@ -336,14 +336,15 @@ Result<ScannedVolume> read_dicom_folder(const std::string& folder, const ReadOpt
   scanned.volume.voxels =
       to_int16(std::move(*voxels), slope, intercept, range, *quantity, scanned.warnings, &scanned.clamped);
   if (!stack->sources.empty()) {
-    const auto fits = admit_memory(folder, fmt::format("its {} slices evenly spaced", stack->sources.size()),
-                                   2 * static_cast<double>(stack->grid.count()));
+    const auto fits =
+        admit_memory(folder, fmt::format("its {} slices, resampled to even spacing,", stack->sources.size()),
+                     2 * static_cast<double>(stack->grid.count()));
     if (!fits) return tl::unexpected(fits.error());
     scanned.volume.voxels = interpolate(scanned.volume.voxels, *stack);
   }
   return scanned;
 } catch (const std::bad_alloc&) {
-  return failure(folder, "holds a series that does not fit into memory");
+  return failure(folder, "contains a series that does not fit into memory; allow more with --max-memory");
 }
 
 }  // namespace borelli

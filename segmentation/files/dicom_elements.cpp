@@ -335,16 +335,19 @@ Result<std::optional<DicomElements>> read_dicom_elements(const std::string& path
   if (!preamble && !starts_with_data_set(reader, elements)) return std::nullopt;
   if (preamble) {
     if (!read_meta(reader, elements))
-      return failure(path, "is a DICOM file, but cut off or damaged in its first elements");
+      return failure(path, "is a DICOM file, but is cut off or damaged in its first elements");
     elements.transfer_syntax = elements.text(0x00020010);
   }
   if (!set_syntax(reader, path, elements))
-    return failure(path, fmt::format("is a DICOM file of a transfer syntax that is not read here ('{}')",
-                                     elements.transfer_syntax));
+    return failure(
+        path,
+        fmt::format(
+            "is a DICOM file with an unsupported transfer syntax ('{}'); convert it to an uncompressed one",
+            elements.transfer_syntax));
   if (!read_data_set(reader, elements)) {
     if (!preamble) return std::nullopt;  // another kind of file that starts alike by chance
-    return failure(
-        path, fmt::format("is a DICOM file, but cut off or damaged near its byte {}", reader.position()));
+    return failure(path,
+                   fmt::format("is a DICOM file, but is cut off or damaged near byte {}", reader.position()));
   }
   return elements;
 }

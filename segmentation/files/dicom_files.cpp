@@ -74,12 +74,12 @@ std::vector<std::string> Placeholders::sentences() const {
   std::vector<std::string> all;
   if (!unfetched.empty())
     all.push_back(files_sentence(unfetched, "points", "point") +
-                  " to content that is not there (git-annex, Git LFS, a broken link); fetch it with 'datalad "
+                  " to content that is missing (git-annex, Git LFS or a broken link); fetch it with 'datalad "
                   "get', 'git annex get' or 'git lfs pull'");
   if (!stubs.empty())
-    all.push_back(files_sentence(stubs, "holds", "hold") + " no more than the start of a DICOM file");
+    all.push_back(files_sentence(stubs, "holds", "hold") + " only the start of a DICOM file");
   if (!macos_metadata.empty())
-    all.push_back(files_sentence(macos_metadata, "holds", "hold") + " metadata of macOS (._*), no image");
+    all.push_back(files_sentence(macos_metadata, "holds", "hold") + " macOS metadata (._*) and no image");
   return all;
 }
 

@@ -34,14 +34,14 @@ bool unpack_rle_segment(std::span<const std::byte> from, std::span<std::byte> to
 
 std::string_view unpack_rle(std::span<const std::byte> stream, std::size_t width, std::span<std::byte> to) {
   if (stream.size() < rle_header_bytes) return "its header is cut off";
-  if (rle_word(stream, 0) != width) return "it needs one segment for each byte of a pixel";
+  if (rle_word(stream, 0) != width) return "it does not have one segment per byte of a pixel";
   for (std::size_t n = 0; n < width; ++n) {  // most significant byte first
     const std::size_t start = rle_word(stream, 4 + 4 * n);
     const std::size_t end = n + 1 < width ? rle_word(stream, 8 + 4 * n) : stream.size();
     if (start < rle_header_bytes || start > end || end > stream.size())
       return "a segment lies outside the data";
     if (!unpack_rle_segment(stream.subspan(start, end - start), to.subspan(width - 1 - n), width))
-      return "a segment does not hold one byte for each pixel";
+      return "a segment does not hold one byte per pixel";
   }
   return {};
 }

@@ -57,11 +57,12 @@ Result<std::string> file_of(const std::string& path) {
     const auto elements = read_dicom_elements(file);
     if ((!elements || !*elements) && below->placeholders.add_if_placeholder(file)) continue;
     if (!elements || !*elements || (*elements)->text(0x00080060) != "SEG") continue;
-    if (!found.empty()) return bad_use(path, "holds several DICOM segmentations; give one file of them");
+    if (!found.empty()) return bad_use(path, "contains several DICOM segmentations; name one of their files");
     found = file;
   }
   if (!found.empty()) return found;
-  std::string what = "is a folder without a DICOM segmentation; a label map is a file";
+  std::string what =
+      "is a folder without a DICOM segmentation; give a label map file or a folder with a segmentation";
   for (const auto& sentence : below->placeholders.sentences()) what += "; " + sentence;
   return bad_use(path, what);
 }
@@ -84,13 +85,14 @@ Result<Grid> grid_of(const std::string& path, std::vector<Frame>& frames, double
       if (const double gap = sorted[n] - sorted[n - 1]; gap > 1e-3 && !(step > 0 && step <= gap)) step = gap;
   }
   if (!(step > 0)) step = thickness;
-  if (!(step > 0)) return failure(path, "has frames at one place only and does not say how thick they are");
+  if (!(step > 0)) return failure(path, "has all frames at one position and does not state their thickness");
   if (total > longest_scan)
     return failure(
-        path, fmt::format("has frames {:.4g} mm apart, longer than any body; its header is damaged", total));
+        path,
+        fmt::format("has frames that span {:.4g} mm, more than any body; its header is damaged", total));
   const double count = std::round(total / step);
   if (count > 20000)
-    return failure(path, "has frames too far apart for their spacing; its header is damaged");
+    return failure(path, "has frames that span far more than their spacing allows; its header is damaged");
   const Vector3d direction = total > 0 ? Vector3d((end - start) / total) : normal;
   if (count > 0) step = total / count;
   for (std::size_t n = 0; n < frames.size(); ++n) {
@@ -100,12 +102,13 @@ Result<Grid> grid_of(const std::string& path, std::vector<Frame>& frames, double
         *frames[n].slice.position - start - static_cast<double>(frames[n].k) * step * direction;
     if (off.norm() > std::max(0.06, 0.05 * step))
       return failure(
-          path, fmt::format("has frames that are not evenly spaced in one line (frame {} is {:.3g} mm off)",
-                            n + 1, off.norm()));
+          path,
+          fmt::format("has frames that are not evenly spaced along one line (frame {} is {:.3g} mm off)",
+                      n + 1, off.norm()));
     if ((frames[n].slice.along_row - first.along_row).norm() > 2e-3 ||
         (frames[n].slice.along_column - first.along_column).norm() > 2e-3 ||
         std::abs(frames[n].slice.row_spacing - first.row_spacing) > 1e-3)
-      return failure(path, "has frames of several orientations or pixel sizes");
+      return failure(path, "has frames with different orientations or pixel sizes");
   }
   Grid grid;
   grid.size = {first.columns, first.rows, static_cast<std::int64_t>(count) + 1};
@@ -147,34 +150,34 @@ Result<SegmentationHeader> read_segmentation_header(const std::string& path) {
   auto read = read_dicom_elements(*file);
   if (!read) return tl::unexpected(read.error());
   if (!*read || (*read)->text(0x00080060) != "SEG" || (*read)->pixel_offset == 0)
-    return bad_use(*file, "is no DICOM segmentation (modality SEG)");
+    return bad_use(*file, "is not a DICOM segmentation (modality SEG)");
   SegmentationHeader header{*file, std::move(**read), "", {}, {}};
   const DicomElements& elements = header.elements;
   const auto slices = read_dicom_slices(*file);
   if (!slices) return tl::unexpected(slices.error());
   header.type = elements.text(0x00620001);
   if (!header.binary() && !header.labels() && header.type != "FRACTIONAL")
-    return failure(*file, "is a segmentation of type '" + header.type +
-                              "'; BINARY, FRACTIONAL and LABELMAP are read here");
+    return failure(*file, "is a segmentation of the unsupported type '" + header.type +
+                              "'; expected BINARY, FRACTIONAL or LABELMAP");
 
   for (std::size_t n = 0; n < slices->size(); ++n) {
     Frame frame{(*slices)[n]};
     const DicomItem* segment = macro(elements, n, 0x0062000a);
     frame.segment = segment ? segment->number(0x0062000b).value_or(0) : 0;
     if (!frame.slice.position || (!header.labels() && frame.segment == 0))
-      return failure(*file, fmt::format("does not say {} of frame {}",
-                                        frame.slice.position ? "the segment" : "the place", n + 1));
+      return failure(*file, fmt::format("does not state {} of frame {}",
+                                        frame.slice.position ? "the segment" : "the position", n + 1));
     if (const auto whole = header.binary() ? Result<void>() : check_pixels(frame.slice); !whole)
       return tl::unexpected(whole.error());
     header.frames.push_back(std::move(frame));
   }
   if (header.frames.empty()) return failure(*file, "is a segmentation without frames");
   if (header.binary() && elements.packed)
-    return failure(*file, "has binary frames that are packed; unpack it first (gdcmconv --raw)");
+    return failure(*file, "has compressed binary frames; decompress it first (gdcmconv --raw)");
   const DicomSlice& first = header.frames.front().slice;
   const double bits = double(header.frames.size()) * first.rows * first.columns;
   if (header.binary() && bits > 8 * double(elements.pixel_bytes))
-    return failure(*file, "is cut off or damaged: it holds fewer bits than frames");
+    return failure(*file, "is cut off or damaged: it has fewer bits than its frames need");
   const DicomItem* measures = macro(elements, 0, 0x00289110);
   const auto said = [&](std::uint32_t tag) {
     const auto list = measures ? measures->decimals(tag) : std::vector<double>{};
@@ -251,7 +254,7 @@ Result<DicomSegmentation> read_dicom_segmentation(
       if (labels) {
         if (value < 0 || value > 65535)
           return failure(header->path,
-                         fmt::format("holds {} as a segment number, expected 0 to 65535", value));
+                         fmt::format("contains the segment number {}; expected 0 to 65535", value));
         if (value != 0) out.numbers[at + o] = static_cast<std::uint16_t>(value);
       } else if (binary) {
         if (value != 0) out.numbers[at + o] = std::max(out.numbers[at + o], number);
@@ -264,7 +267,7 @@ Result<DicomSegmentation> read_dicom_segmentation(
   }
   return out;
 } catch (const std::bad_alloc&) {
-  return failure(path, "holds a segmentation that does not fit into memory");
+  return failure(path, "contains a segmentation that does not fit into memory; allow more with --max-memory");
 }
 
 std::string doubt_of_frames(const std::string& scan, const std::string& labels) {
@@ -288,8 +291,8 @@ std::string doubt_of_frames(const std::string& scan, const std::string& labels) 
   if (ours.empty() || std::ranges::any_of(theirs, [&](const auto& uid) { return ours.contains(uid); }))
     return "";
   return labels +
-         ": its frame of reference is another than the scan's: is it of this scan? It was laid where its "
-         "coordinates say";
+         ": its frame of reference differs from the scan's, so it may belong to another scan; it was placed "
+         "by its coordinates";
 }
 
 }  // namespace borelli

@@ -51,8 +51,9 @@ std::string field_with_comma(const DicomItem& item) {
 }
 
 std::string bad_comma(const std::string& found) {
-  return "writes numbers with commas (" + found +
-         "); DICOM has decimal points, and backslashes between numbers: export it again with decimal points";
+  return "contains numbers with decimal commas (" + found +
+         "); DICOM needs decimal points and separates numbers by backslashes; export it again with decimal "
+         "points";
 }
 
 double first_decimal(const DicomItem& item, std::uint32_t tag) {
@@ -115,7 +116,7 @@ std::string packing_name(const std::string& uid) {
 }
 
 constexpr const char* bad_scaling =
-    "is a damaged DICOM file: its rescaling is not a number, or has a slope of zero";
+    "is a damaged DICOM file: its rescale slope or intercept is not a number, or the slope is zero";
 
 // Text that is not a number becomes NaN, which scaling_fits() refuses.
 void take_scaling(const DicomItem& item, DicomSlice& slice) {
@@ -167,14 +168,13 @@ Result<std::vector<DicomSlice>> frames_of(const DicomElements& elements, const D
   if (groups == elements.sequences.end()) return std::vector{whole};
   const auto& per_frame = groups->second;
   if (per_frame.size() != static_cast<std::size_t>(whole.frames))
-    return failure(whole.path, fmt::format("is a damaged DICOM file: {} frames, of which {} are described",
+    return failure(whole.path, fmt::format("is a damaged DICOM file: it has {} frames and describes {}",
                                            whole.frames, per_frame.size()));
   const DicomItem* shared = elements.item(0x52009229);
   if (const std::size_t pieces = whole.pixels.fragments.size(); pieces > 0 && pieces != per_frame.size())
-    return failure(whole.path,
-                   fmt::format("has {} frames packed into {} pieces, so that they cannot be told apart here; "
-                               "unpack it first (dcmdjpeg, gdcmconv --raw)",
-                               per_frame.size(), pieces));
+    return failure(whole.path, fmt::format("has {} frames compressed into {} pieces that cannot be told "
+                                           "apart; decompress it first (dcmdjpeg, gdcmconv --raw)",
+                                           per_frame.size(), pieces));
   DicomSlice alike = whole;  // what all frames share
   alike.frames = 1;
   alike.position.reset();
@@ -250,7 +250,7 @@ Result<void> unpacked_bytes(const DicomSlice& slice, DicomBytes& file, std::span
   if (needs_codec(slice)) return unpack_by_codec(slice, *stream, to, p);
   const auto wrong = unpack_rle(*stream, static_cast<std::size_t>(p.bits_allocated) / 8, to);
   if (wrong.empty()) return {};
-  return failure(slice.path, fmt::format("holds damaged pixels (RLE: {})", wrong));
+  return failure(slice.path, fmt::format("contains damaged pixels (RLE: {})", wrong));
 }
 
 bool consistent(const DicomPixels& p) {
@@ -300,7 +300,7 @@ void decode(std::span<const std::byte> bytes, std::span<T> values, const DicomPi
 Result<DicomSlice> checked(const std::string& path, const DicomElements& elements) {
   DicomSlice slice = take(path, elements);
   if (slice.rows == 0 || slice.columns == 0)
-    return failure(path, "is a damaged DICOM file: it has pixels, but no rows and columns");
+    return failure(path, "is a damaged DICOM file: it has pixels but no rows and columns");
   if (const auto comma = field_with_comma(elements); !comma.empty()) return failure(path, bad_comma(comma));
   if (!scaling_fits(slice)) return failure(path, bad_scaling);
   return slice;
@@ -337,14 +337,14 @@ Result<void> read_slice(const DicomSlice& slice, DicomBytes& file, std::span<T> 
   const auto width = static_cast<std::size_t>(slice.pixels.bits_allocated) / 8;
   DicomPixels p = slice.pixels;
   if (!consistent(p))
-    return failure(slice.path, fmt::format("is a damaged DICOM file: {} bits stored up to bit {} of {}",
+    return failure(slice.path, fmt::format("is a damaged DICOM file: it stores {} bits up to bit {} of {}",
                                            p.bits_stored, p.high_bit, p.bits_allocated));
   std::vector<std::byte> apart(width == sizeof(T) ? 0 : to.size() * width);
   const auto bytes = width == sizeof(T) ? std::as_writable_bytes(to) : std::span(apart);
   const auto read =
       p.fragments.empty() ? file.read(slice, p.offset, bytes) : unpacked_bytes(slice, file, bytes, p);
   if (!read) return read;
-  if (!consistent(p)) return failure(slice.path, "has packed pixels that contradict themselves");
+  if (!consistent(p)) return failure(slice.path, "has compressed pixels that contradict their own header");
 
   if (width == sizeof(T))
     decode(to, p);
@@ -375,7 +375,7 @@ Result<void> read_in_child(std::span<const DicomSlice> slices, std::span<T> to) 
   const ChildLimits limits{.seconds = 10 * seconds,  // wall clock, for a busy machine
                            .processor_seconds = seconds,
                            .bytes = (std::uint64_t{256} << 20) + 32 * area};
-  const auto done = in_child("", "unpacking its pixels (" + slices.front().packing + ")", limits, [&] {
+  const auto done = in_child("", "decompressing its pixels (" + slices.front().packing + ")", limits, [&] {
     DicomBytes file;
     Result<void> read;
     for (std::size_t n = 0; n < slices.size() && read; ++n) {
@@ -385,7 +385,7 @@ Result<void> read_in_child(std::span<const DicomSlice> slices, std::span<T> to) 
     return read;
   });
   if (!done && done.error().where.empty())
-    return failure(slices[*current].path, done.error().what + "; they are damaged");
+    return failure(slices[*current].path, done.error().what + "; the pixels are damaged");
   if (done) std::memcpy(to.data(), shared, to.size_bytes());
   return done;
 }
@@ -395,17 +395,16 @@ Result<void> read_in_child(std::span<const DicomSlice> slices, std::span<T> to) 
 Result<void> check_pixels(const DicomSlice& slice) {
   const DicomPixels& p = slice.pixels;
   if (p.bits_allocated != 8 && p.bits_allocated != 16 && p.bits_allocated != 32)
-    return failure(slice.path,
-                   fmt::format("has pixels of {} bits; 8, 16 or 32 are read here", p.bits_allocated));
+    return failure(slice.path, fmt::format("has pixels of {} bits; expected 8, 16 or 32", p.bits_allocated));
   double bytes = 0;
   for (const auto& fragment : p.fragments) bytes += fragment.second;
   if (p.fragments.empty()) bytes = double(p.bytes);
   if (needs_codec(slice) || plain_size(slice) <= (p.fragments.empty() ? bytes : most_of_rle(bytes)))
     return {};
-  return failure(slice.path,
-                 fmt::format("is cut off or damaged: it holds {:.0f} bytes of {}pixels where its header "
-                             "promises {:.0f}",
-                             bytes, p.fragments.empty() ? "" : "packed ", plain_size(slice)));
+  return failure(
+      slice.path,
+      fmt::format("is cut off or damaged: it has {:.0f} bytes of {}pixels, and its header promises {:.0f}",
+                  bytes, p.fragments.empty() ? "" : "packed ", plain_size(slice)));
 }
 
 template <class T>

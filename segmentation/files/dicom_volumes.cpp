@@ -160,8 +160,8 @@ std::vector<DicomVolume> join_stations(std::vector<DicomVolume> parts) {
       continue;
     }
     if (overlap > 0)
-      joined.notes.push_back(fmt::format("{} overlaps {} by {:.4g} mm; there {} was taken", parts[n].part,
-                                         joined.part, overlap, joined.part));
+      joined.notes.push_back(fmt::format("{} overlaps {} by {:.4g} mm; the overlap was taken from {}",
+                                         parts[n].part, joined.part, overlap, joined.part));
     joined.slices = std::move(all);
     joined.part += " and " + parts[n].part;
   }
@@ -231,8 +231,8 @@ Result<void> join_single_slices(std::vector<DicomSlices>& groups, std::vector<Di
     });
     DicomVolume volume{std::move(slices), "", {}};
     volume.notes.push_back(
-        fmt::format("each of {} slices has its own series UID; they were read as one series", all));
-    if (*copies) volume.notes.push_back(fmt::format("{} slices are there twice", *copies));
+        fmt::format("each of the {} slices has its own series UID; they were read as one series", all));
+    if (*copies) volume.notes.push_back(fmt::format("{} slices appear twice", *copies));
     volumes.push_back(std::move(volume));
   }
   return {};
@@ -252,8 +252,8 @@ Result<std::vector<DicomVolume>> volumes_of(std::vector<DicomSlices> groups) {
     if (!copies) return tl::unexpected(copies.error());
     for (DicomVolume& volume : part_series(std::move(group))) {
       if (*copies)
-        volume.notes.push_back(fmt::format(
-            "{} slices are there twice (same position, same pixels) and were taken once", *copies));
+        volume.notes.push_back(
+            fmt::format("{} slices appear twice (same position, same pixels); each was read once", *copies));
       volumes.push_back(std::move(volume));
     }
   }

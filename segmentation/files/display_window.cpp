@@ -59,13 +59,13 @@ DisplayWindow display_window(const GreyVolume& volume) {
 std::string advice_on(const DisplayWindow& window) {
   const bool picture = window.least == 0 && window.greatest <= 255;
   return fmt::format(
-      "cannot hold CT numbers: {:.3g} % of its voxels have its least value, {}, so that {}; {}",
+      "is not a volume of CT numbers: {:.3g} % of its voxels have the least value, {}; {}; {}",
       100 * window.at_least, window.least,
       picture
-          ? "it is a picture of 8 bits (0 to 255) through a display window"
-          : fmt::format("values below it were cut off (a display window{})",
+          ? "it is an 8-bit picture (0 to 255) through a display window"
+          : fmt::format("lower values were cut off (by a display window{})",
                         window.high_cut ? fmt::format(" of {} to {}", window.least, window.greatest) : ""),
-      "no rescaling gives air and fat their density back: export the scan itself (DICOM, or NIfTI with "
+      "rescaling cannot restore the densities of air and fat; export the scan itself (DICOM, or NIfTI with "
       "-1024 to 3071)");
 }
 

@@ -69,7 +69,7 @@ Result<GivenLandmarks> as_landmarks(const std::string& path, const std::vector<P
       continue;
     }
     if (out.landmarks.contains(name) || out.unmoved.contains(name))
-      return failure(path, "has two points for " + name);
+      return failure(path, "contains two points named " + name);
     const Note& note = point.note;
     const bool moved = !note.place || (*note.place - point.place).norm() > 0.01;
     (moved || !note.found ? out.landmarks : out.unmoved)[name] =
@@ -77,15 +77,13 @@ Result<GivenLandmarks> as_landmarks(const std::string& path, const std::vector<P
               : Landmark{*note.place, note.deviation, note.radius, note.source};
   }
   if (!strange.empty())
-    out.warnings.push_back(
-        path + ": no landmark bears these names, and they are left aside: " + printable(strange, 200));
-  if (!unset.empty())
     out.warnings.push_back(path +
-                           ": these points are not placed, and count for nothing: " + printable(unset, 200));
+                           ": ignored points whose names are not landmarks: " + printable(strange, 200));
+  if (!unset.empty())
+    out.warnings.push_back(path + ": ignored points that have no position: " + printable(unset, 200));
   if (out.landmarks.empty() && out.unmoved.empty())
-    return failure(
-        path, "holds no point that is placed and bears a landmark's name (hip_left, knee_right, neck ...)" +
-                  (strange.empty() ? "" : "; found: '" + printable(strange, 200) + "'"));
+    return failure(path, "contains no placed point with a landmark's name (hip_left, knee_right, neck ...)" +
+                             (strange.empty() ? "" : "; found: '" + printable(strange, 200) + "'"));
   return out;
 }
 
@@ -127,9 +125,9 @@ Result<GivenLandmarks> read_markups(const std::string& path, const json& documen
     const std::string frame = text(list, "coordinateSystem", "LPS"),
                       unit = text(list, "coordinateUnits", "mm");
     if (frame != "LPS" && frame != "RAS")
-      return failure(path, "coordinateSystem is \"" + printable(frame) + "\": expected LPS or RAS");
+      return failure(path, "coordinateSystem is \"" + printable(frame) + "\"; expected LPS or RAS");
     if (unit != "mm" && unit != "[\"mm\", \"UCUM\", \"millimeter\"]")
-      return failure(path, "coordinateUnits is \"" + printable(unit) + "\": expected mm");
+      return failure(path, "coordinateUnits is \"" + printable(unit) + "\"; expected mm");
     if (!list.is_object() || !list.contains("controlPoints") || !list["controlPoints"].is_array()) continue;
     for (const json& entry : list["controlPoints"]) {
       Point point{text(entry, "label", ""), {}, read_note(text(entry, "description", "")), true};
@@ -191,7 +189,7 @@ Result<GivenLandmarks> read_fcsv(const std::string& path, std::istream& file) {
       if (key == "coordinatesystem") {
         if (value != "0" && value != "RAS" && value != "1" && value != "LPS")
           return failure(where,
-                         "CoordinateSystem is \"" + printable(value) + "\": expected LPS (1) or RAS (0)");
+                         "CoordinateSystem is \"" + printable(value) + "\"; expected LPS (1) or RAS (0)");
         sign = value == "1" || value == "LPS" ? 1 : -1;
       }
       if (key == "columns") columns = fields_of(value);
@@ -207,7 +205,7 @@ Result<GivenLandmarks> read_fcsv(const std::string& path, std::istream& file) {
       const std::string text = field(name);
       const auto [end, wrong] = std::from_chars(text.data(), text.data() + text.size(), point.place[axis]);
       if (wrong != std::errc() || end != text.data() + text.size() || !std::isfinite(point.place[axis]))
-        return failure(where, fmt::format("{} is '{}': a number in mm is expected", name, printable(text)));
+        return failure(where, fmt::format("{} is '{}'; expected a number in mm", name, printable(text)));
     }
     point.place.head<2>() *= sign;
     if (const auto extra = columns.size(); extra < fields.size() && !trimmed(fields[extra]).empty())
@@ -225,10 +223,11 @@ Result<GivenLandmarks> read_own(const std::string& path) {
   for (const auto& [name, landmark] : *read) {
     const std::string ours = landmark_of(name);
     if (ours.empty()) strange += (strange.empty() ? "" : ", ") + name;
-    if (!ours.empty() && out.landmarks.contains(ours)) return failure(path, "has two points for " + ours);
+    if (!ours.empty() && out.landmarks.contains(ours))
+      return failure(path, "contains two points named " + ours);
     out.landmarks[ours.empty() ? name : ours] = landmark;
   }
-  if (!strange.empty()) out.warnings.push_back(path + ": no landmark bears these names: " + strange);
+  if (!strange.empty()) out.warnings.push_back(path + ": these names are not landmarks: " + strange);
   return out;
 }
 
@@ -269,7 +268,7 @@ std::vector<std::string> doubts_of_given(const Landmarks& given, const Landmarks
       const std::string other = name.substr(0, name.rfind('_')) + (left ? "_right" : "_left");
       if (const auto it = found.find(other);
           it != found.end() && (landmark.point - it->second.point).norm() < 0.5 * off)
-        doubt += fmt::format(", near {}: are left and right confused (RAS for LPS)?", other);
+        doubt += fmt::format(", near {}; check whether left and right are confused (RAS for LPS)", other);
     }
     doubts.push_back(doubt);
   }
@@ -301,7 +300,7 @@ Result<GivenLandmarks> read_given_landmarks(const std::string& path) {
     if (document->is_object() && document->contains("markups") && (*document)["markups"].is_array())
       return read_markups(path, *document);
     if (ending.ends_with(".mrk.json"))
-      return failure(path, "holds no \"markups\", as 3D Slicer's point lists do");
+      return failure(path, "contains no \"markups\", which a point list of 3D Slicer has");
   }
   return read_own(path);
 }
@@ -340,7 +339,8 @@ Result<void> write_markups(const std::string& path, const Landmarks& landmarks,
   std::ofstream file(path, std::ios::binary);
   file << json_text(document, 1) << '\n';
   file.close();
-  if (!file) return failure(path, "cannot be written: is the folder writable and the disk not full?");
+  if (!file)
+    return failure(path, "cannot be written; check the folder's permissions and the free disk space");
   return {};
 }
 

@@ -46,7 +46,7 @@ Result<HeaderText> read_header_text(const std::string& path,
       return text;
     }
   }
-  return failure(path, "has no end of its header within its first million bytes");
+  return failure(path, "does not end its header within the first million bytes");
 }
 
 std::string_view trimmed(std::string_view text) {

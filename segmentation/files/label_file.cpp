@@ -53,7 +53,7 @@ Result<Names> read_names(const std::string& path) {
   const auto end = std::ssize(header);
   const auto number_column = std::min(column("label"), column("index")), name_column = column("name");
   if (number_column == end || name_column == end)
-    return failure(path + ":1", "the header is 'label<TAB>name'; found '" + line + "'");
+    return failure(path + ":1", "expected the header 'label<TAB>name'; found '" + line + "'");
 
   Names names;
   std::set<std::string> seen;
@@ -62,15 +62,15 @@ Result<Names> read_names(const std::string& path) {
     const auto cells = columns(line);
     if (cells.size() == 1 && cells[0].empty()) continue;
     if (std::ssize(cells) <= std::max(number_column, name_column))
-      return failure(where, "has no tab between a label and its name: '" + line + "'");
+      return failure(where, "no tab separates label and name: '" + line + "'");
     const std::string &digits = cells[static_cast<std::size_t>(number_column)],
                       name = text_of_cell(cells[static_cast<std::size_t>(name_column)]);
     if (digits.empty() || digits.size() > 9 || digits.find_first_not_of("0123456789") != std::string::npos)
-      return failure(where, "a label is a whole number from 0; found '" + digits + "'");
+      return failure(where, "expected a label, a whole number from 0; found '" + digits + "'");
     const std::int64_t value = std::stoll(digits);
     if (name.empty()) return failure(where, "label " + digits + " has no name");
-    if (names.contains(value)) return failure(where, "label " + digits + " is there twice");
-    if (!seen.insert(name).second) return failure(where, "the name '" + name + "' is there twice");
+    if (names.contains(value)) return failure(where, "label " + digits + " appears twice");
+    if (!seen.insert(name).second) return failure(where, "the name '" + name + "' appears twice");
     names[value] = name;
   }
   return names;
@@ -110,9 +110,9 @@ Result<std::set<std::int64_t>> numbers_in(const std::string& path, const StoredV
     }
   });
   if (!trouble.empty())
-    return failure(path, "is no label map: " + trouble + "; labels are whole numbers from 0");
+    return failure(path, "is not a label map: " + trouble + "; labels are whole numbers from 0");
   if (beside > 0)
-    warnings.push_back("its labels were saved through floating point or a scale (one is " + exact(example) +
+    warnings.push_back("its labels were saved as floating-point or scaled numbers (one is " + exact(example) +
                        ") and were rounded to whole numbers");
   numbers.erase(0);
   return numbers;
@@ -137,7 +137,8 @@ Result<std::map<std::int64_t, std::uint8_t>> assign_labels(const std::string& pa
     const std::int64_t label = part > 0 ? part : keep ? number : next++;
     if (label > 255)
       return failure(path, "has " + std::to_string(count) + " labels in its voxels and " +
-                               std::to_string(numbers.size()) + " with those of its names; at most 255 fit");
+                               std::to_string(numbers.size()) +
+                               " together with its named ones; at most 255 are possible");
     labels[number] = static_cast<std::uint8_t>(label);
   }
   return labels;
@@ -284,7 +285,7 @@ Result<Read> read_file(const std::string& path, const std::string& names, const 
   std::string table = names;
   std::error_code ignored;
   if (masks && !names.empty())
-    return bad_use(names, "names no masks: of a folder of masks the files' names do");
+    return bad_use(names, "cannot name masks; in a folder of masks the file names are the names");
   if (table.empty() && !masks && std::filesystem::exists(names_file(path), ignored)) table = names_file(path);
   if (!table.empty()) {
     auto read = read_names(table);
@@ -352,8 +353,8 @@ Result<LabelMap> read_labels(const std::string& path, const std::string& names, 
   placed.warnings = std::move(map.warnings);
   if (const Eigen::Matrix3d turn = scan->axes.inverse() * map.grid.axes; !turn.isIdentity(0.5))
     placed.warnings.push_back(
-        "its axes run in another order or direction than the scan's: its voxels were put in the scan's "
-        "order");
+        "its axes run in another order or direction than the scan's; its voxels were reordered to match the "
+        "scan");
   return placed;
 }
 

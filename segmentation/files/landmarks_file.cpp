@@ -20,7 +20,8 @@ Result<void> write_landmarks(const std::string& path, const Landmarks& landmarks
   std::ofstream file(path, std::ios::binary);
   file << json_text(json{{"frame", "LPS"}, {"unit", "mm"}, {"landmarks", all}}, 1) << '\n';
   file.close();
-  if (!file) return failure(path, "cannot be written: is the folder writable and the disk not full?");
+  if (!file)
+    return failure(path, "cannot be written; check the folder's permissions and the free disk space");
   return {};
 }
 
@@ -33,15 +34,15 @@ Result<Landmarks> read_landmarks(const std::string& path) {
   if (!document.is_object() || !document.contains("landmarks") || !document["landmarks"].is_object())
     return failure(
         path,
-        "holds no \"landmarks\": expected {\"frame\": \"LPS\", \"unit\": \"mm\", \"landmarks\": {...}}");
+        "contains no \"landmarks\"; expected {\"frame\": \"LPS\", \"unit\": \"mm\", \"landmarks\": {...}}");
   const auto text = [](const json& object, const char* key, const char* otherwise) {
     return object.contains(key) && object[key].is_string() ? object[key].get<std::string>()
                                                            : std::string(otherwise);
   };
   const std::string frame = text(document, "frame", "LPS"), unit = text(document, "unit", "mm");
   if (frame != "LPS" && frame != "RAS")
-    return failure(path, "frame is \"" + frame + "\": expected LPS or RAS");
-  if (unit != "mm") return failure(path, "unit is \"" + unit + "\": expected mm");
+    return failure(path, "frame is \"" + frame + "\"; expected LPS or RAS");
+  if (unit != "mm") return failure(path, "unit is \"" + unit + "\"; expected mm");
 
   Landmarks landmarks;
   for (const auto& [name, entry] : document["landmarks"].items()) {
@@ -61,7 +62,7 @@ Result<Landmarks> read_landmarks(const std::string& path) {
          {std::pair{"deviation", &landmark.deviation}, {"radius", &landmark.radius}})
       if (entry.contains(key)) {
         if (!entry[key].is_number() || entry[key].get<double>() < 0)
-          return failure(path, "landmark " + name + ": " + key + " is not a number from 0");
+          return failure(path, "landmark " + name + ": " + key + " must be a number, 0 or more");
         *value = entry[key].get<double>();
       }
     landmark.source = text(entry, "source", "given");

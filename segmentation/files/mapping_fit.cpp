@@ -244,17 +244,17 @@ Result<ClassMapping> fitting_mapping(const std::string& where, const std::string
   auto which = fit.misplaced;
   if (which.size() > 4) which.resize(4), which.emplace_back("...");
   const std::string found =
-      fmt::format("by the mapping {}, {} of its {} classes lie where no body has them ({})", name,
+      fmt::format("with the mapping {}, {} of its {} classes lie where no body has them ({})", name,
                   fit.misplaced.size(), fit.judged, fmt::join(which, ", "));
   if (better.starts_with(family)) {
     warnings.push_back(fmt::format(
-        "{}: {}, and by {} {} of {}: the numbers, which have no names in the file, were read by {}", where,
-        found, better, best->misplaced.size(), best->judged, better));
+        "{}: {}, and with {} {} of {}; the file has no names for its numbers, so they were read with {}",
+        where, found, better, best->misplaced.size(), best->judged, better));
     return class_mapping(std::string(better));
   }
-  return bad_use(where, found + (better.empty() ? "; no ready mapping fits its numbers: name the classes "
+  return bad_use(where, found + (better.empty() ? "; no built-in mapping fits its numbers; name the classes "
                                                   "(--label-names), or give your own mapping"
-                                                : fmt::format("; {} fits", better)));
+                                                : fmt::format("; choose {}, which fits", better)));
 }
 
 }  // namespace borelli

@@ -63,10 +63,9 @@ Result<LaidMask> lay(const std::string& file, const StoredVoxels& mask, const Im
     }
   });
   if (second != 0 || inside != inside)
-    return bad_use(file,
-                   fmt::format("is no mask: besides 0 it holds {} and {}; a folder of masks has one file "
-                               "per class with one value in it, other files stay outside",
-                               inside, second));
+    return bad_use(file, fmt::format("is not a mask: besides 0 it contains {} and {}; a mask has one value, "
+                                     "and each file of the folder must be the mask of one class",
+                                     inside, second));
   return laid;
 }
 
@@ -86,7 +85,7 @@ Result<MaskFolder> read_mask_folder(const std::string& folder,
                                     const Progress& progress) try {
   constexpr double most_overlap = 0.05;  // of the smaller
   const auto files = masks_in(folder);
-  if (files.empty()) return bad_use(folder, "holds no mask");
+  if (files.empty()) return bad_use(folder, "contains no mask");
   MaskFolder out;
   std::uint8_t* map = nullptr;
   std::map<std::string, std::string> seen;
@@ -98,11 +97,11 @@ Result<MaskFolder> read_mask_folder(const std::string& folder,
     const std::string name = class_in(file);
     if (!seen.emplace(name, file).second)
       return bad_use(
-          folder, fmt::format("holds two masks of {}: {} and {}", name,
+          folder, fmt::format("contains two masks of {}: {} and {}", name,
                               fs::path(seen[name]).filename().string(), fs::path(file).filename().string()));
     auto header = read_image_header(file);
     if (!header) return tl::unexpected(header.error());
-    if (header->layers > 1) return bad_use(file, "has layers; a folder of masks has one class per file");
+    if (header->layers > 1) return bad_use(file, "has layers; a folder of masks needs one class per file");
     if (n == 0) {
       out.grid = header->grid;
       if (accept)
@@ -114,7 +113,7 @@ Result<MaskFolder> read_mask_folder(const std::string& folder,
       map = reinterpret_cast<std::uint8_t*>(out.voxels.storage.data());
     } else if (!same_grid(header->grid, out.grid)) {
       return bad_use(file, "lies on another grid than " + fs::path(files[0]).filename().string() +
-                               "; masks of one folder share one");
+                               "; all masks of a folder must share one grid");
     }
     const auto mask = load_voxels(*header);
     if (!mask) return tl::unexpected(mask.error());
@@ -123,26 +122,28 @@ Result<MaskFolder> read_mask_folder(const std::string& folder,
     if (!laid) return tl::unexpected(laid.error());
     if (progress) progress(static_cast<double>(n + 1) / static_cast<double>(files.size()));
     if (laid->voxels == 0) continue;
-    if (voxels.size() > 255) return bad_use(folder, "holds more than 255 masks with a voxel");
+    if (voxels.size() > 255) return bad_use(folder, "contains more than 255 masks with voxels");
     for (std::size_t other = 1; other < voxels.size(); ++other) {
       if (laid->on[other] == 0) continue;
       const double share =
           static_cast<double>(laid->on[other]) / static_cast<double>(std::min(laid->voxels, voxels[other]));
       const std::string& theirs = out.names[static_cast<std::int64_t>(other)];
       if (share > most_overlap)
-        return bad_use(folder, fmt::format("holds masks that overlap: {} and {} by {:.0f} % of the smaller; "
-                                           "leave one of them out",
-                                           theirs, name, 100 * share));
+        return bad_use(
+            folder,
+            fmt::format(
+                "contains masks that overlap: {} and {} by {:.0f} % of the smaller one; remove one of them",
+                theirs, name, 100 * share));
       if (shared == 0) sharing = theirs + " and " + name;
       shared += laid->on[other];
     }
     voxels.push_back(laid->voxels);
     out.names[static_cast<std::int64_t>(number)] = name;
   }
-  if (out.names.empty()) return bad_use(folder, "holds masks without a voxel only");
+  if (out.names.empty()) return bad_use(folder, "contains only masks without voxels");
   if (shared > 0)
-    out.warnings.push_back(
-        fmt::format("{} voxels are in two masks ({}): the first by name has them", shared, sharing));
+    out.warnings.push_back(fmt::format(
+        "{} voxels are in two masks ({}); they were given to the first by name", shared, sharing));
   return out;
 } catch (const std::bad_alloc&) {
   return out_of_memory(folder, "its label map");

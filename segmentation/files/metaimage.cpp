@@ -59,9 +59,9 @@ Result<MetaImage> parse_metaimage(const std::string& path) {
     meta.tags[std::string(trimmed(whole.substr(0, equals)))] = trimmed(whole.substr(equals + 1));
   }
   if (meta.tag("NDims").empty() || meta.tag("DimSize").empty())
-    return failure(path, "is no MetaImage: NDims or DimSize is missing in its header");
+    return failure(path, "is not a MetaImage: its header lacks NDims or DimSize");
   if (meta.tag("ElementDataFile").empty())
-    return failure(path, "is cut off or no MetaImage: its header has no ElementDataFile");
+    return failure(path, "is cut off or not a MetaImage: its header has no ElementDataFile");
   return meta;
 }
 
@@ -79,22 +79,24 @@ std::optional<Scalar> scalar_of(std::string_view type) {
 Result<void> check_dimensions(const std::string& path, const MetaImage& meta) {
   const auto dims = numbers_in(meta.tag("NDims")), sizes = numbers_in(meta.tag("DimSize"));
   if (dims.size() != 1 || sizes.empty() || static_cast<double>(sizes.size()) != dims[0])
-    return failure(path, "has a damaged header: NDims and DimSize do not agree");
+    return failure(path, "has a damaged header: NDims and DimSize disagree");
   for (const double size : sizes)
     if (!(size >= 1 && size <= 100000) || size != std::floor(size))
-      return failure(path, fmt::format("has a damaged header: an axis of {} voxels", size));
+      return failure(path, fmt::format("has a damaged header: an axis has {} voxels", size));
   if (sizes.size() < 3)
-    return failure(path, fmt::format("holds a picture of {} dimensions; a volume is needed", sizes.size()));
+    return failure(path,
+                   fmt::format("contains a picture of {} dimensions; a volume is needed", sizes.size()));
   for (std::size_t i = 3; i < sizes.size(); ++i)
     if (sizes[i] > 1)
       return failure(
-          path, fmt::format("holds {} volumes along dimension {}; give it one volume of three dimensions",
-                            sizes[i], i + 1));
+          path,
+          fmt::format("contains {} volumes along dimension {}; give a file with one three-dimensional volume",
+                      sizes[i], i + 1));
   const auto channels = numbers_in(meta.tag("ElementNumberOfChannels"));
   if (!channels.empty() && channels[0] != 1)
-    return failure(
-        path,
-        fmt::format("holds {} values per voxel (colours or vectors); one grey value is needed", channels[0]));
+    return failure(path,
+                   fmt::format("contains {} values per voxel (colours or vectors); one grey value is needed",
+                               channels[0]));
   return {};
 }
 
@@ -108,13 +110,14 @@ Result<void> place(const std::string& path, const MetaImage& meta, ImageHeader& 
   const auto matrix = numbers_in(meta.any({"TransformMatrix", "Orientation", "Rotation"}));
   const auto origin = numbers_in(meta.any({"Offset", "Position", "Origin"}));
   if (spacing.size() != n)
-    return failure(
-        path, fmt::format("has a damaged header: ElementSpacing has {} numbers of {}", spacing.size(), n));
+    return failure(path, fmt::format("has a damaged header: ElementSpacing has {} numbers, expected {}",
+                                     spacing.size(), n));
   if (!matrix.empty() && matrix.size() != n * n)
-    return failure(path, fmt::format("has a damaged header: TransformMatrix has {} numbers of {}",
+    return failure(path, fmt::format("has a damaged header: TransformMatrix has {} numbers, expected {}",
                                      matrix.size(), n * n));
   if (!origin.empty() && origin.size() != n)
-    return failure(path, fmt::format("has a damaged header: Offset has {} numbers of {}", origin.size(), n));
+    return failure(path,
+                   fmt::format("has a damaged header: Offset has {} numbers, expected {}", origin.size(), n));
   for (std::size_t c = 0; c < 3; ++c) {
     grid.size[c] = whole_number(sizes[c]);
     for (std::size_t r = 0; r < 3; ++r) {
@@ -150,9 +153,9 @@ Result<void> locate_voxels(const std::string& path, const MetaImage& meta, Image
   if (!files) return tl::unexpected(files.error());
   const auto skip = numbers_in(meta.tag("HeaderSize"));
   const double bytes = skip.empty() ? 0 : skip[0];
-  if (!(bytes >= -1 && bytes < 1e12)) return failure(path, "has a damaged header: HeaderSize is absurd");
+  if (!(bytes >= -1 && bytes < 1e12)) return failure(path, "has a damaged header: HeaderSize is impossible");
   if (bytes < 0 && (header.packing != ByteSource::Packing::plain || header.text))
-    return failure(path, "has 'HeaderSize = -1' on voxels that are compressed or text, which has no meaning");
+    return failure(path, "has 'HeaderSize = -1' with compressed or text voxels, where it has no meaning");
   return set_voxel_files(header, *files,
                          {.bytes = static_cast<std::uint64_t>(std::max(bytes, 0.0)), .all_else = bytes < 0});
 }
@@ -171,7 +174,7 @@ Result<ImageHeader> read_metaimage_header(const std::string& path) {
   std::string_view type = meta->tag("ElementType");
   if (type.ends_with("_ARRAY")) type.remove_suffix(6);
   const auto scalar = scalar_of(type);
-  if (!scalar) return failure(path, "has voxels of type '" + printable(type) + "', which is not known here");
+  if (!scalar) return failure(path, "has voxels of the unsupported type '" + printable(type) + "'");
   header.scalar = *scalar;
   header.big_endian = meta->is_true({"BinaryDataByteOrderMSB", "ElementByteOrderMSB"});
   header.slope = number_in(meta->tag("ElementToIntensityFunctionSlope")).value_or(header.slope);
@@ -188,10 +191,10 @@ Result<void> write_metaimage(const std::string& path, const Grid& grid, Scalar s
   // than rounding
   if (shear(grid) > 1e-6) {
     return failure(
-        path, fmt::format(
-                  "was not written: the grid's axes are sheared (cosine {:.2g}), which MetaImage cannot say; "
-                  "write .nii.gz or .nrrd",
-                  shear(grid)));
+        path,
+        fmt::format(
+            "was not written: MetaImage cannot store sheared axes (cosine {:.2g}); write .nii.gz or .nrrd",
+            shear(grid)));
   }
   auto sink = ByteSink::create(path, ByteSink::Packing::plain);
   if (!sink) return tl::unexpected(sink.error());

@@ -82,7 +82,7 @@ Result<Nifti> parse_nifti(const std::string& path) {
   Fields f;
   const auto got = source->read(f.bytes);
   if (!got) return tl::unexpected(got.error());
-  if (*got < 348) return failure(path, "is no NIfTI file: it holds fewer than the 348 bytes of a header");
+  if (*got < 348) return failure(path, "is not a NIfTI file: it is shorter than the header's 348 bytes");
 
   Nifti n;
   const auto is_header = [&](std::int32_t size) {
@@ -95,7 +95,7 @@ Result<Nifti> parse_nifti(const std::string& path) {
   if (is_header(348)) {
     n.pair = f.text(344, 4) == "ni1";
     if (!n.pair && f.text(344, 4) != "n+1")
-      return failure(path, "is no NIfTI file (an Analyze file has no orientation)");
+      return failure(path, "is not a NIfTI file (an Analyze file has no orientation)");
     take<std::int16_t, float, std::int16_t>(f, n, 40, 70, 76, 112, 123, 252, 254, 256, 280);
     n.xyzt_units = f.get<std::uint8_t>(123);  // the only code of one byte
     n.vox_offset = f.get<float>(108);
@@ -107,7 +107,7 @@ Result<Nifti> parse_nifti(const std::string& path) {
     n.vox_offset = static_cast<double>(f.get<std::int64_t>(168));
     n.description = f.text(240, 80);
   } else {
-    return failure(path, "is no NIfTI file: its first number is not a header's size (348 or 540)");
+    return failure(path, "is not a NIfTI file: its first number is not a header size (348 or 540)");
   }
   n.big_endian = f.swap != (std::endian::native == std::endian::big);
   return n;
@@ -143,11 +143,11 @@ std::optional<Scalar> scalar_of(int datatype) {
 Result<Scalar> voxel_type(const std::string& path, const Nifti& n) {
   if (const auto scalar = scalar_of(n.datatype)) return *scalar;
   if (n.datatype == 128 || n.datatype == 2304)
-    return failure(path, "holds colours (RGB); one grey value per voxel is needed");
+    return failure(path, "contains colours (RGB); one grey value per voxel is needed");
   if (n.datatype == 32 || n.datatype == 1792 || n.datatype == 2048)
-    return failure(path, "holds complex numbers; one real value per voxel is needed");
-  return failure(path, "has voxels of a type that is not known here (NIfTI datatype " +
-                           std::to_string(n.datatype) + ")");
+    return failure(path, "contains complex numbers; one real value per voxel is needed");
+  return failure(path,
+                 "has voxels of an unsupported type (NIfTI datatype " + std::to_string(n.datatype) + ")");
 }
 
 Result<void> check_dimensions(const std::string& path, const Nifti& n) {
@@ -155,7 +155,7 @@ Result<void> check_dimensions(const std::string& path, const Nifti& n) {
     return failure(path, "has a damaged header: " + std::to_string(n.dim[0]) + " dimensions");
   if (n.dim[0] < 3)
     return failure(path,
-                   "holds a picture of " + std::to_string(n.dim[0]) + " dimensions; a volume is needed");
+                   "contains a picture of " + std::to_string(n.dim[0]) + " dimensions; a volume is needed");
   for (std::size_t i = 1; i <= 3; ++i)
     if (n.dim[i] < 1 || n.dim[i] > 100000)
       return failure(path, "has a damaged header: " + std::to_string(n.dim[i]) + " voxels along axis " +
@@ -163,7 +163,7 @@ Result<void> check_dimensions(const std::string& path, const Nifti& n) {
   for (std::size_t i = 4; i <= static_cast<std::size_t>(n.dim[0]); ++i)
     if (n.dim[i] > 1)
       return failure(path, "holds " + std::to_string(n.dim[i]) + " volumes along dimension " +
-                               std::to_string(i) + "; give it one volume of three dimensions");
+                               std::to_string(i) + "; give a file with one three-dimensional volume");
   return {};
 }
 
@@ -180,17 +180,16 @@ Result<double> millimetres(const std::string& path, const Nifti& n, const Vector
   };
   const int code = n.xyzt_units & 7;
   if (code > 3)
-    return failure(path, "has lengths in a unit that NIfTI does not know (" + std::to_string(code) +
-                             " in xyzt_units); 1 (m), 2 (mm) or 3 (micrometres) were expected");
+    return failure(path, "has lengths in a unit unknown to NIfTI (" + std::to_string(code) +
+                             " in xyzt_units); expected 1 (m), 2 (mm) or 3 (micrometres)");
   const double unit = code == 1 ? 1000 : code == 3 ? 0.001 : 1;
   if (code == 0 && likely(1)) return 1;
   if (code == 0 && likely(1000))
-    return failure(path, "does not say its unit of length, and its voxels would be of " + size(1) +
-                             " or, in metres, of " + size(1000) + ": set xyzt_units to 2 (mm) or 1 (m)");
+    return failure(path, "does not state its unit of length; its voxels would measure " + size(1) +
+                             " or, in metres, " + size(1000) + "; set xyzt_units to 2 (mm) or 1 (m)");
   if (code != 2 && code != 0 && !likely(unit) && likely(1)) {
-    warnings.push_back(std::string("the header says ") + (code == 1 ? "metres" : "micrometres") +
-                       ", by which a voxel would be of " + size(unit) +
-                       "; its lengths were taken as millimetres");
+    warnings.push_back(std::string("the header states ") + (code == 1 ? "metres" : "micrometres") +
+                       ", so a voxel would measure " + size(unit) + "; its lengths were read as millimetres");
     return 1;
   }
   return unit;
@@ -252,11 +251,11 @@ double disagreement(const Placing& a, const Placing& b, const Nifti& n) {
 Result<Placing> placing_of(const std::string& path, const Nifti& n, std::vector<std::string>& warnings) {
   auto s = sform(n), q = qform(n);
   if (s && !usable(*s)) {
-    warnings.push_back("the sform is not an affine of three axes and was left aside");
+    warnings.push_back("the sform does not map the three axes and was ignored");
     s.reset();
   }
   if (q && !usable(*q)) {
-    warnings.push_back("the qform is not a placing of a grid and was left aside");
+    warnings.push_back("the qform is not a valid placement and was ignored");
     q.reset();
   }
   if (s) {
@@ -274,10 +273,9 @@ Result<Placing> placing_of(const std::string& path, const Nifti& n, std::vector<
     // both are stored as float32; half a voxel apart is more than rounding
     const double apart = disagreement(*s, *q, n);
     if ((s->axes.determinant() > 0) != (q->axes.determinant() > 0))
-      return failure(
-          path,
-          "has a sform and a qform that mirror each other, so that left and right are not told: set the "
-          "code of the wrong one to 0 (sform_code or qform_code), or convert the scan anew");
+      return failure(path,
+                     "has an sform and a qform that mirror each other, so left and right are unknown; set "
+                     "the code of the wrong one to 0 (sform_code or qform_code), or convert the scan again");
     if (apart > 0.5)
       warnings.push_back(
           fmt::format("the sform and the qform differ by up to {:.1f} voxels; the sform was used", apart));
@@ -285,9 +283,10 @@ Result<Placing> placing_of(const std::string& path, const Nifti& n, std::vector<
   if (s) return *s;
   if (q) return *q;
   const Placing plain = without_form(n);
-  if (!usable(plain)) return failure(path, "has a damaged header: no sform, no qform, and a voxel size of 0");
+  if (!usable(plain))
+    return failure(path, "has a damaged header: it has no sform, no qform, and a voxel size of 0");
   warnings.push_back(
-      "the file says nothing of the patient's orientation; its axes were taken as Right, Anterior, Superior");
+      "the file does not state the patient's orientation; its axes were read as Right, Anterior, Superior");
   return plain;
 }
 
@@ -322,7 +321,7 @@ Result<ImageHeader> read_nifti_header(const std::string& path) {
   }
 
   const double least = n->pair ? 0 : n->version == 1 ? 352 : 544;
-  if (!(n->vox_offset <= 1e9)) return failure(path, "has a damaged header: vox_offset is absurd");
+  if (!(n->vox_offset <= 1e9)) return failure(path, "has a damaged header: vox_offset is impossible");
   header.stream_offset = static_cast<std::uint64_t>(std::max(least, n->vox_offset));
   header.header_file = header.data_file = path;
   const auto packing_of = [](const std::string& file) -> Result<ByteSource::Packing> {
@@ -341,8 +340,7 @@ Result<ImageHeader> read_nifti_header(const std::string& path) {
   if (!n->pair) return header;
   header.data_file = half_of_nifti_pair(path, ".img");
   if (header.data_file.empty())
-    return bad_use(path,
-                   "is half of a NIfTI pair, and the file of its voxels (.img, .img.gz) is not beside it");
+    return bad_use(path, "is half of a NIfTI pair; put the file with its voxels (.img or .img.gz) beside it");
   packing = packing_of(header.data_file);
   if (!packing) return tl::unexpected(packing.error());
   header.packing = *packing;
@@ -427,7 +425,7 @@ Result<void> write_nifti(const std::string& path, const Grid& grid, Scalar scala
                          std::span<const std::byte> voxels, const std::string& recorded_quantity) {
   for (const auto size : grid.size)
     if (size > 32767)
-      return failure(path, "NIfTI-1 holds at most 32767 voxels along an axis; write .nrrd instead");
+      return failure(path, "NIfTI-1 allows at most 32767 voxels along an axis; write .nrrd instead");
   auto sink =
       ByteSink::create(path, path.ends_with(".gz") ? ByteSink::Packing::gzip : ByteSink::Packing::plain);
   if (!sink) return tl::unexpected(sink.error());

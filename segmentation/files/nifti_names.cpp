@@ -59,10 +59,11 @@ Result<Names> names_in(const std::string& path, std::string_view xml) {
   XML_SetElementHandler(parser.get(), begin, end);
   XML_SetCharacterDataHandler(parser.get(), text);
   if (XML_Parse(parser.get(), xml.data(), static_cast<int>(xml.size()), 1) != XML_STATUS_OK)
-    return failure(path,
-                   fmt::format("names its labels in its header by XML that cannot be read ({}): write it "
-                               "anew without these names",
-                               XML_ErrorString(XML_GetErrorCode(parser.get()))));
+    return failure(
+        path,
+        fmt::format(
+            "has label names in unreadable XML in its header ({}); write the file again without these names",
+            XML_ErrorString(XML_GetErrorCode(parser.get()))));
   return std::move(table.names);
 }
 

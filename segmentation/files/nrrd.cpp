@@ -48,7 +48,7 @@ Result<Nrrd> parse_nrrd(const std::string& path) {
   const auto text = read_header_text(path, [](std::string_view line) { return line.empty(); });
   if (!text) return tl::unexpected(text.error());
   if (text->lines.empty() || !text->lines.front().starts_with("NRRD"))
-    return failure(path, "is no NRRD file: it does not start with 'NRRD'");
+    return failure(path, "is not a NRRD file: it does not start with 'NRRD'");
   Nrrd nrrd;
   nrrd.header_bytes = text->end;
   for (const std::string& line : text->lines) {
@@ -62,7 +62,7 @@ Result<Nrrd> parse_nrrd(const std::string& path) {
     } else if (const auto colon = line.find(": "); colon != std::string::npos) {
       const std::string field = lower_case(line.substr(0, colon));
       if (!nrrd.fields.try_emplace(field, trimmed(std::string_view(line).substr(colon + 2))).second)
-        return failure(path, "has a damaged header: '" + printable(field) + "' stands in it twice");
+        return failure(path, "has a damaged header: '" + printable(field) + "' appears twice");
     }
   }
   return nrrd;
@@ -163,18 +163,20 @@ Result<std::vector<std::size_t>> volume_axes(const std::string& path, const std:
                                              std::string_view kinds, std::optional<std::size_t> layers) {
   for (const double size : sizes)
     if (!(size >= 1 && size <= 100000) || size != std::floor(size))
-      return failure(path, fmt::format("has a damaged header: an axis of {} voxels", size));
+      return failure(path, fmt::format("has a damaged header: an axis has {} voxels", size));
   const double all = std::accumulate(sizes.begin(), sizes.end(), 1.0, std::multiplies<>());
-  if (all > most_voxels) return failure(path, fmt::format("has a damaged header: {:.3g} voxels", all));
+  if (all > most_voxels)
+    return failure(path, fmt::format("has a damaged header: it states {:.3g} voxels", all));
   std::vector<std::size_t> axes;
   for (std::size_t a = 0; a < sizes.size(); ++a)
     if (layers ? a != *layers : sizes.size() == 3 || sizes[a] > 1) axes.push_back(a);
   if (axes.size() == 3) return axes;
   if (sizes.size() < 3)
-    return failure(path, fmt::format("holds a picture of {} dimensions; a volume is needed", sizes.size()));
+    return failure(path,
+                   fmt::format("contains a picture of {} dimensions; a volume is needed", sizes.size()));
   const bool colours =
       kinds.find("color") != std::string_view::npos || kinds.find("vector") != std::string_view::npos;
-  return failure(path, fmt::format("has {} dimensions{}; one grey value per voxel of one volume is needed",
+  return failure(path, fmt::format("has {} dimensions{}; one volume with one grey value per voxel is needed",
                                    sizes.size(), colours ? " (colours or vectors)" : ""));
 }
 
@@ -185,10 +187,10 @@ Vector3d to_lps(std::string_view space, std::vector<std::string>& warnings) {
   if (name == "right-anterior-superior" || name == "ras") return {-1, -1, 1};
   if (name == "left-anterior-superior" || name == "las") return {1, -1, 1};
   warnings.push_back(name.empty()
-                         ? "the file says nothing of the patient's orientation; its axes were taken as Left, "
+                         ? "the file does not state the patient's orientation; its axes were read as Left, "
                            "Posterior, Superior"
                          : "the space '" + name +
-                               "' says nothing of the patient; it was taken as Left, Posterior, Superior");
+                               "' does not refer to the patient; it was read as Left, Posterior, Superior");
   return {1, 1, 1};
 }
 
@@ -218,7 +220,7 @@ Result<double> millimetres(const std::string& path, std::string_view units) {
   if (unit == "\"cm\"") return 10;
   if (unit == "\"m\"" || unit == "\"meter\"" || unit == "\"meters\"") return 1000;
   return failure(path,
-                 "has space units of " + printable(unit) + "; \"mm\", \"cm\", \"m\" or \"um\" were expected");
+                 "has space units of " + printable(unit) + "; expected \"mm\", \"cm\", \"m\" or \"um\"");
 }
 
 Result<void> place(const std::string& path, const Nrrd& nrrd, const std::vector<std::size_t>& axes,
@@ -237,14 +239,13 @@ Result<void> place(const std::string& path, const Nrrd& nrrd, const std::vector<
       if (a >= directions.size() || directions[a].size() != 3)
         return failure(
             path,
-            fmt::format("has a damaged header: 'space directions' gives axis {} no vector of three numbers",
+            fmt::format("has a damaged header: 'space directions' has no vector of three numbers for axis {}",
                         a + 1));
       header.grid.axes.col(c) = *unit * flip.cwiseProduct(Vector3d(directions[a].data()));
     } else if (a < spacings.size()) {
       header.grid.axes.col(c) = own_unit * spacings[a] * Vector3d::Unit(c);
     } else {
-      return failure(path,
-                     "says nothing of its voxels' size: neither 'space directions' nor 'spacings' is there");
+      return failure(path, "does not state its voxel size: it has neither 'space directions' nor 'spacings'");
     }
   }
   const auto along = [&](const std::vector<double>& list) {
@@ -275,8 +276,8 @@ Result<void> locate_voxels(const std::string& path, const Nrrd& nrrd, ImageHeade
   else if (encoding == "bzip2" || encoding == "bz2")
     header.packing = ByteSource::Packing::bzip2;
   else if (encoding != "raw" && !header.text)
-    return failure(path,
-                   "is encoded as '" + printable(encoding) + "'; raw, ascii, gzip and bzip2 are read here");
+    return failure(path, "has the unsupported encoding '" + printable(encoding) +
+                             "'; expected raw, ascii, gzip or bzip2");
   const bool packed = header.packing != ByteSource::Packing::plain;
   const std::string_view field = nrrd.data_file();
   header.data_file = path;
@@ -296,10 +297,10 @@ Result<void> locate_voxels(const std::string& path, const Nrrd& nrrd, ImageHeade
   const double lines = number("line skip", "lineskip"), bytes = number("byte skip", "byteskip");
   if (!(lines >= 0 && lines < 1e6 && bytes >= -1 && bytes < (packed ? 1e9 : 1e12)) ||
       (field.empty() && lines > 0))
-    return failure(path, "has a damaged header: 'line skip' or 'byte skip' is absurd");
+    return failure(path, "has a damaged header: 'line skip' or 'byte skip' is impossible");
   // -1: the voxels are the last bytes of the file
   if (bytes < 0 && (packed || header.text))
-    return failure(path, "has 'byte skip: -1' on voxels that are compressed or text, which has no meaning");
+    return failure(path, "has 'byte skip: -1' with compressed or text voxels, where it has no meaning");
   header.stream_offset = static_cast<std::uint64_t>(std::max(bytes, 0.0));
   return set_voxel_files(header, files, {.lines = lines, .all_else = bytes < 0});
 }
@@ -317,7 +318,7 @@ Result<ImageHeader> read_nrrd_header(const std::string& path) {
 
   const std::string type = lower_case(nrrd->field("type"));
   const auto scalar = nrrd_scalar(type);
-  if (!scalar) return failure(path, "has voxels of type '" + printable(type) + "', which is not known here");
+  if (!scalar) return failure(path, "has voxels of the unsupported type '" + printable(type) + "'");
   header.scalar = *scalar;
   const std::string endian = lower_case(nrrd->field("endian"));
   header.big_endian = endian == "big";
@@ -325,7 +326,7 @@ Result<ImageHeader> read_nrrd_header(const std::string& path) {
   const auto sizes = numbers_in(nrrd->field("sizes"));
   const auto dimension = numbers_in(nrrd->field("dimension"));
   if (dimension.size() != 1 || dimension[0] != static_cast<double>(sizes.size()))
-    return failure(path, "has a damaged header: 'dimension' and 'sizes' do not agree");
+    return failure(path, "has a damaged header: 'dimension' and 'sizes' disagree");
   const auto layers = layer_axis(*nrrd, sizes);
   const auto axes = volume_axes(path, sizes, nrrd->field("kinds"), layers);
   if (!axes) return tl::unexpected(axes.error());
@@ -337,7 +338,7 @@ Result<ImageHeader> read_nrrd_header(const std::string& path) {
   if (const auto placed = place(path, *nrrd, *axes, header); !placed) return tl::unexpected(placed.error());
   if (const auto found = locate_voxels(path, *nrrd, header); !found) return tl::unexpected(found.error());
   if (scalar_bytes(*scalar) > 1 && !header.text && endian != "little" && endian != "big")
-    return failure(path, "does not say its byte order ('endian: little' or 'endian: big')");
+    return failure(path, "does not state its byte order ('endian: little' or 'endian: big')");
   return header;
 }
 

@@ -83,43 +83,42 @@ Result<void> check_values(const std::string& path, const GreyVolume& volume, con
   const double above = share(clamped.above, all), below = share(clamped.below, all);
   const double wrapped = above + share(counts.wrapped, all);
   if (airless && wrapped > 0.05)
-    return failure(path, fmt::format("cannot hold CT numbers: {} of its voxels are where air lies if signed "
-                                     "numbers are read as unsigned, and none is below -200; declare them as "
-                                     "signed (PixelRepresentation 1, a signed voxel type)",
+    return failure(path, fmt::format("is not a volume of CT numbers: {} of its voxels have values that air "
+                                     "gets when signed numbers are read as unsigned, and none is below -200; "
+                                     "declare them as signed (PixelRepresentation 1, or a signed voxel type)",
                                      percent(wrapped)));
   const bool two_peaks = counts.raised > 4 * counts.beside_raised &&
                          share(counts.raised, counts.seen) > 0.05 &&
                          share(counts.near_zero, counts.seen) > 0.01;
   if (airless && two_peaks)
     return failure(path,
-                   fmt::format("cannot hold CT numbers: {} of its voxels are where soft tissue lies if 1000 "
-                               "or 1024 was added, {} where air does, and none is below -200; subtract it, "
-                               "or say it in the header (RescaleIntercept -1024, scl_inter -1024)",
+                   fmt::format("is not a volume of CT numbers: {} of its voxels look like soft tissue with "
+                               "1000 or 1024 added, {} like such air, and none is below -200; subtract the "
+                               "offset, or state it in the header (RescaleIntercept -1024, scl_inter -1024)",
                                percent(share(counts.raised, counts.seen)),
                                percent(share(counts.near_zero, counts.seen))));
   const DisplayWindow window = display_window(volume);
   if (window.low_cut) return failure(path, advice_on(window));
   if (window.high_cut)
-    warnings.push_back(fmt::format(
-        "{} of its voxels have its greatest value, {}: denser bone was cut off there and will weigh too "
-        "little; export the scan without a display window",
-        percent(window.at_greatest), window.greatest));
+    warnings.push_back(
+        fmt::format("{} of its voxels have the greatest value, {}: denser bone was cut off there and will "
+                    "weigh too little; export the scan without a display window",
+                    percent(window.at_greatest), window.greatest));
   constexpr double few = 0.05;
   if (below + above > few)
     return failure(
-        path,
-        fmt::format("cannot hold CT numbers: {} of its voxels are {}; {}", percent(below + above),
-                    below > above ? "below -1500, of many values" : "above 32767",
-                    below > above
-                        ? "is the intercept taken twice? What the scanner did not see is one value, or NaN"
-                        : "are slope and voxel type right?"));
+        path, fmt::format(
+                  "is not a volume of CT numbers: {} of its voxels are {}; {}", percent(below + above),
+                  below > above ? "below -1500 with many different values" : "above 32767",
+                  below > above
+                      ? "check whether the intercept was applied twice (unseen voxels have one value, or NaN)"
+                      : "check slope and voxel type"));
   if (airless)
     warnings.push_back(
-        "no value is below -200, so there is no air in it: CT numbers with 1024 added look like that");
+        "no value is below -200, so the volume shows no air; CT numbers with 1024 added look like that");
   else if (share(counts.soft, counts.seen) < 1e-3)
     warnings.push_back(
-        "hardly any value lies between -200 and 200, as soft tissue does: are slope and intercept "
-        "right?");
+        "hardly any value lies between -200 and 200, where soft tissue lies; check slope and intercept");
   return {};
 }
 
@@ -127,13 +126,13 @@ std::string doubt_of_size(const Grid& grid) {
   const Eigen::Vector3d spacing = grid.spacing();
   if (spacing.minCoeff() < 0.01 || spacing.maxCoeff() > 50)
     return fmt::format(
-        "voxels of {:.4g} x {:.4g} x {:.4g} mm are unlikely for a scan of a body: is the unit right?",
-        spacing[0], spacing[1], spacing[2]);
+        "voxels of {:.4g} x {:.4g} x {:.4g} mm are unlikely for a scan of a body; check the unit", spacing[0],
+        spacing[1], spacing[2]);
   for (int axis = 0; axis < 3; ++axis)
     if (const double length = spacing[axis] * static_cast<double>(grid.size[static_cast<std::size_t>(axis)]);
         length > longest_scan)
       return fmt::format(
-          "{} voxels of {:.4g} mm are {:.3g} m, more than any scanner sees: is the voxel size right?",
+          "{} voxels of {:.4g} mm are {:.3g} m, more than any scanner covers; check the voxel size",
           grid.size[static_cast<std::size_t>(axis)], spacing[axis], 1e-3 * length);
   return "";
 }
@@ -157,8 +156,8 @@ std::string doubt_of_part(std::string_view name, double volume) {
   const double most = most_of_part(name);
   if (volume <= most) return "";
   return fmt::format(
-      "holds {:.3g} l, that of a man of 250 kg {:.2g}: is the voxel size right, and is the air "
-      "around the body -1000 HU?",
+      "is {:.3g} l large; that of a man of 250 kg is {:.2g} l; check the voxel size, and that the air around "
+      "the body is -1000 HU",
       1e3 * volume, 1e3 * most);
 }
 
@@ -170,19 +169,19 @@ std::string doubt_of_body(double volume, double mass, bool whole) {
   const std::string of = mass > 0 ? fmt::format("{:.3g} kg", mass) : fmt::format("{:.3g} l", 1e3 * volume);
   const std::string excuse = " (A labelled piece of a person may have it)";
   if ((whole && weight < lightest) || weight > impossible)
-    return fmt::format("the body has {}, impossible for a whole person: is the voxel size right?{}", of,
+    return fmt::format("the body has {}, which is impossible for a whole person; check the voxel size{}", of,
                        whole ? excuse : "");
   if (weight > heaviest)
     return fmt::format(
-        "the body has {}, more than nearly anyone who fits into a scanner: is the voxel size "
-        "right, and is nothing else (table, phantom) labelled?",
+        "the body has {}, more than nearly anyone who fits into a scanner; check the voxel size, and that "
+        "nothing else (table, phantom) is labelled",
         of);
   if (!whole) return "";
   const double density = 1e-3 * mass / volume;
   if (mass > 0 && (density < thinnest || density > densest))
     return fmt::format(
-        "the body has {:.3g} kg/l, impossible for a whole person: are the values right, and do the labels "
-        "fit it?{}",
+        "the body has {:.3g} kg/l, which is impossible for a whole person; check the values, and that the "
+        "labels belong to them{}",
         density, excuse);
   return "";
 }

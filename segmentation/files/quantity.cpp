@@ -166,35 +166,35 @@ Result<QuantityReading> by_values(const std::string& path, const Signs& s, const
   std::vector<QuantityReading> readings;
   const auto admit = [&](FileQuantity q, const std::string& why) {
     readings.push_back(
-        {q, in_words(q) + ": its values admit no other reading (" + span_of(r) + ", " + why + ")"});
+        {q, in_words(q) + ": its values allow no other reading (" + span_of(r) + ", " + why + ")"});
   };
   if (may_be_hu(s))
     admit(FileQuantity::hu, percent(s.ct_air, s.count) + " near air's -1000 and " +
                                 percent(s.ct_soft, s.count) + " near water's 0");
   if (may_be_gcm3(s, r))
     admit(FileQuantity::density_gcm3,
-          percent(s.tissue, s.dense) + " of the voxels that are not air near water's 1");
+          percent(s.tissue, s.dense) + " of the voxels other than air near water's 1");
   if (may_be_labels(s, r))
     admit(FileQuantity::labels,
-          "whole numbers, " + percent(s.equal_pairs, s.inside_pairs) + " of the neighbours equal");
+          "whole numbers, " + percent(s.equal_pairs, s.inside_pairs) + " of neighbouring voxels equal");
   if (readings.size() == 1) return readings.front();
   std::string found = span_of(r) + (r.fractional ? "" : ", whole numbers") + ", that ";
   if (readings.empty()) {
-    found += "fit no single reading";
+    found += "fit no reading";
   } else {
     found += "could be " + in_words(readings[0].quantity) + " or " + in_words(readings[1].quantity);
   }
-  return bad_use(path, "does not say what its voxels hold, and it has " + found +
-                           "; say --quantity hu, density_kgm3, density_gcm3, labels or mr");
+  return bad_use(path, "does not state what its voxels hold, and it has " + found +
+                           "; give --quantity hu, density_kgm3, density_gcm3, labels or mr");
 }
 
 // Which quantity the refused values may be, e.g. "in g/cm3 it is density_gcm3"; empty if unclear.
 std::string advice(const Signs& s, const ValueRange& r) {
-  if (may_be_hu(s)) return "; in CT numbers it is hu";
-  if (may_be_gcm3(s, r)) return "; in g/cm3 it is density_gcm3";
-  if (may_be_labels(s, r)) return "; as a label map it is labels";
+  if (may_be_hu(s)) return "; for CT numbers give hu";
+  if (may_be_gcm3(s, r)) return "; for g/cm3 give density_gcm3";
+  if (may_be_labels(s, r)) return "; for a label map give labels";
   // a body in kg/m3; interpolation may overshoot below 0
-  if (r.least >= -300 && r.greatest >= 100 && r.greatest <= 25000) return "; in kg/m3 it is density_kgm3";
+  if (r.least >= -300 && r.greatest >= 100 && r.greatest <= 25000) return "; for kg/m3 give density_kgm3";
   return "";
 }
 
@@ -202,7 +202,7 @@ std::string advice(const Signs& s, const ValueRange& r) {
 Result<void> check(const std::string& path, FileQuantity q, const ValueRange& r,
                    const std::function<std::string()>& advised) {
   const auto refuse = [&](const std::string& why) {
-    return bad_use(path, "cannot hold " + in_words(q) + ": " + why);
+    return bad_use(path, "is not a volume of " + in_words(q) + ": " + why);
   };
   // osmium, the densest element, has 22.6 g/cm3; any body exceeds 100 kg/m3 somewhere
   if (q == FileQuantity::density_gcm3 && r.greatest > 25) return refuse(span_of(r) + advised());
@@ -211,11 +211,11 @@ Result<void> check(const std::string& path, FileQuantity q, const ValueRange& r,
   // interpolation may overshoot slightly below air's 0; CT numbers go down to -1000
   const double scale = q == FileQuantity::density_gcm3 ? 1 : 1000;
   if ((q == FileQuantity::density_kgm3 || q == FileQuantity::density_gcm3) && r.least < -0.3 * scale)
-    return refuse(span_of(r) + ", and a density is not negative" + advised());
+    return refuse(span_of(r) + ", and a density cannot be negative" + advised());
   if (q == FileQuantity::labels) {
     if (r.fractional || r.not_finite)
       return refuse(std::to_string(r.fractional + r.not_finite) + " of its values are not whole numbers");
-    if (r.least < 0 || r.greatest > 32767) return refuse(span_of(r) + "; labels go from 0 to 32767");
+    if (r.least < 0 || r.greatest > 32767) return refuse(span_of(r) + "; labels range from 0 to 32767");
   }
   return {};
 }
@@ -373,8 +373,8 @@ std::string_view quantity_name(Quantity quantity) {
 Result<FileQuantity> parse_quantity(std::string_view name) {
   for (std::size_t n = 0; n < names.size(); ++n)
     if (names[n] == name) return static_cast<FileQuantity>(n);
-  return bad_use("quantity",
-                 "'" + std::string(name) + "' is none of hu, density_kgm3, density_gcm3, labels, mr");
+  return bad_use("quantity", "'" + std::string(name) +
+                                 "' is not a quantity; choose hu, density_kgm3, density_gcm3, labels or mr");
 }
 
 Quantity held_as(FileQuantity quantity) {
@@ -447,12 +447,12 @@ ValueRange value_range(const StoredVoxels& voxels, double slope, double intercep
 Result<QuantityReading> decide_quantity(const std::string& path, const StoredVoxels& voxels, double slope,
                                         double intercept, const ValueRange& range,
                                         std::optional<FileQuantity> asked, const std::string& recorded) {
-  if (range.not_finite == range.count) return failure(path, "holds not one finite number");
+  if (range.not_finite == range.count) return failure(path, "contains no finite number");
   QuantityReading reading;
   if (asked) {
-    reading = {*asked, in_words(*asked) + ": as asked for"};
+    reading = {*asked, in_words(*asked) + ": as requested"};
   } else if (const auto own = parse_quantity(recorded)) {
-    reading = {*own, in_words(*own) + ": as the file's own header records"};
+    reading = {*own, in_words(*own) + ": as the file's own header states"};
   } else {
     const auto found = by_values(path, signs_of(voxels, slope, intercept, range.least), range);
     if (!found) return found;
@@ -494,13 +494,13 @@ std::vector<std::int16_t> to_int16(StoredVoxels voxels, double slope, double int
     if (count > 0)
       warnings.push_back(std::to_string(count) + " voxels (" + percent(count, voxels.count) + ") " + what);
   };
-  tell(changes.padding, "at " + number(range.least) + " are padding: the scan does not show what is there");
+  tell(changes.padding, "at " + number(range.least) + " are padding, which the scanner did not see");
   tell(changes.below,
        "below " + number(low) + " (from " + number(range.least) + ") were set to " + number(low));
   tell(changes.above, "above 32767 (up to " + number(range.greatest) + ") were set to 32767");
   tell(changes.not_finite, quantity == FileQuantity::mr
-                               ? "are not finite numbers and were taken as no signal (0)"
-                               : "are not finite numbers: the scan does not show what is there");
+                               ? "are not finite numbers and were read as no signal (0)"
+                               : "are not finite numbers; the scan does not show what is there");
   if (clamped)
     *clamped = {.below = quantity == FileQuantity::hu ? static_cast<std::int64_t>(changes.far_below) : 0,
                 .above = static_cast<std::int64_t>(changes.above)};

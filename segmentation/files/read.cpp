@@ -38,8 +38,8 @@ Result<ScannedVolume> read_file(const std::string& path, const ReadOptions& opti
   auto header = read_image_header(path);
   if (!header) return tl::unexpected(header.error());
   if (header->layers > 1)
-    return bad_use(path, "is a segmentation of " + std::to_string(header->layers) +
-                             " layers; give it with --labels, and the scan that it belongs to as the volume");
+    return bad_use(path, "is a segmentation with " + std::to_string(header->layers) +
+                             " layers; give it with --labels, and its scan as the volume");
   ValueRange range;
   std::mutex mutex;
   auto voxels = load_voxels(
@@ -78,15 +78,14 @@ Result<ImageHeader> header_by_ending(const std::string& path) {
   if (is_nifti(".nii") || is_nifti(".hdr")) return read_nifti_header(path);
   if (is_nifti(".img")) {
     const std::string header = half_of_nifti_pair(path, ".hdr");
-    if (header.empty())
-      return bad_use(path, "is half of a NIfTI pair, and its header (.hdr) is not beside it");
+    if (header.empty()) return bad_use(path, "is half of a NIfTI pair; put its header (.hdr) beside it");
     return read_nifti_header(header);
   }
   if (name.ends_with(".nrrd") || name.ends_with(".nhdr")) return read_nrrd_header(path);
   if (name.ends_with(".mha") || name.ends_with(".mhd")) return read_metaimage_header(path);
   if (is_dicom_slice(path)) return bad_use(path, "is one slice of a DICOM series; give its folder");
   return bad_use(path,
-                 "is no volume that is read here; give a DICOM folder, .nii, .nii.gz, .hdr with .img, .nrrd, "
+                 "is not a supported volume; give a DICOM folder, .nii, .nii.gz, .hdr with .img, .nrrd, "
                  ".nhdr, .mha or .mhd");
 }
 
@@ -102,10 +101,11 @@ Result<ImageHeader> read_image_header(const std::string& path) {
       !(header->grid.voxel_volume() > 1e-3 * box))
     return failure(path, "has a damaged header: its axes do not span a voxel");
   if (!std::isfinite(header->slope) || header->slope == 0 || !std::isfinite(header->intercept))
-    return failure(path, "has a damaged header: its scaling is not a number, or has a slope of zero");
+    return failure(path,
+                   "has a damaged header: its slope or intercept is not a number, or the slope is zero");
   if (const double largest = header->grid.spacing().maxCoeff(); !(largest <= largest_voxel))
-    return failure(
-        path, fmt::format("has voxels of {:.3g} mm: no body is that large; is the unit right?", largest));
+    return failure(path,
+                   fmt::format("has voxels of {:.3g} mm, larger than any body; check the unit", largest));
   return header;
 }
 

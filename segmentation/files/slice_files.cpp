@@ -56,10 +56,9 @@ Result<std::vector<std::string>> by_pattern(const std::string& path, std::string
   const std::int64_t first = number(0, 1), step = number(2, 1),
                      last = number(1, static_cast<double>(first + slices - 1));
   if (!pattern || step == 0)
-    return failure(path,
-                   fmt::format("names its slices' files by '{}', expected a pattern like 'slice%03d.raw "
-                               "1 {} 1' (first number, last, step)",
-                               printable(field), slices));
+    return failure(path, fmt::format("names the files of its slices by '{}'; expected a pattern like "
+                                     "'slice%03d.raw 1 {} 1' (first number, last, step)",
+                                     printable(field), slices));
   std::vector<std::string> files;
   for (std::int64_t n = first; step > 0 ? n <= last : n >= last; n += step) {
     if (std::ssize(files) == slices)
@@ -101,12 +100,13 @@ Result<std::vector<std::string>> named_files(const std::string& path, std::strin
   if (files.empty() || slices % std::ssize(files) != 0)
     return failure(
         path,
-        fmt::format("names {} files for {} slices, expected one file for each or equally many slices in each",
-                    files.size(), slices));
+        fmt::format(
+            "names {} files for {} slices; expected one file per slice, or equally many slices per file",
+            files.size(), slices));
   for (std::string& file : files) {
     file = (folder / file).string();
     if (!fs::exists(file, ignored))
-      return bad_use(path, fmt::format("its voxels are to be in '{}': no such file", printable(file, 300)));
+      return bad_use(path, fmt::format("has its voxels in '{}': no such file", printable(file, 300)));
   }
   return files;
 }
@@ -125,7 +125,7 @@ Result<void> set_voxel_files(ImageHeader& header, const std::vector<std::string>
       const auto source = ByteSource::open(path, ByteSource::Packing::plain);
       if (!source) return tl::unexpected(source.error());
       if (source->file_size() < bytes)
-        return failure(path, fmt::format("is cut off: its header promises {} bytes, it has {}", bytes,
+        return failure(path, fmt::format("is cut off: its header promises {} bytes, and it has {}", bytes,
                                          source->file_size()));
       file.offset = source->file_size() - bytes;
     }

@@ -132,27 +132,27 @@ void say_contradictions(const SliceStack& stack, std::vector<std::string>& notes
     others += fmt::format("{}{} {}", others.empty() ? "" : ", ", name, place(said));
   };
   if (alike(&DicomSlice::spacing_between) && contradicts(first.spacing_between))
-    add("SpacingBetweenSlices says", first.spacing_between);
+    add("SpacingBetweenSlices gives", first.spacing_between);
   if (first.location && last.location && *first.location != *last.location) {
     const double steps = (*last.position - *first.position).norm() / along;
     if (const double said = std::abs(*last.location - *first.location) / steps; contradicts(said))
-      add("SliceLocation makes it", said);
+      add("SliceLocation gives", said);
   }
   if (alike(&DicomSlice::thickness) &&
       (first.thickness > std::max(8 * across, 1.0) || first.thickness < across / 15))
-    add("SliceThickness says", first.thickness);
+    add("SliceThickness gives", first.thickness);
   if (!others.empty())
     notes.push_back(
-        fmt::format("the slices' positions are {} apart, which was taken; {}: if that is right, "
-                    "volumes and masses are off by the ratio",
+        fmt::format("the slices' positions give a spacing of {}, which was used; {}; if the latter is right, "
+                    "volumes and masses are wrong by the ratio",
                     place(across), others));
   const double width = std::max(first.column_spacing * first.columns, first.row_spacing * first.rows);
   if (first.modality == "CT" && first.image_type.starts_with("ORIGINAL") &&
       first.reconstruction_diameter > 0 && std::abs(first.reconstruction_diameter - width) > 0.03 * width)
-    notes.push_back(fmt::format(
-        "PixelSpacing makes the picture {} wide, which was taken; ReconstructionDiameter says {}: "
-        "if that is right, volumes and masses are off by the square of the ratio",
-        place(width), place(first.reconstruction_diameter)));
+    notes.push_back(
+        fmt::format("PixelSpacing gives a picture width of {}, which was used; ReconstructionDiameter gives "
+                    "{}; if the latter is right, volumes and masses are wrong by the square of the ratio",
+                    place(width), place(first.reconstruction_diameter)));
 }
 
 void say_tilt(const Grid& grid, std::vector<std::string>& notes) {
@@ -160,9 +160,10 @@ void say_tilt(const Grid& grid, std::vector<std::string>& notes) {
   const double tilt =
       std::acos(std::min(1.0, std::abs(step.normalized().dot(normal)))) * 180 / std::numbers::pi;
   if (tilt > 0.05)
-    notes.push_back(fmt::format(
-        "the slices are tilted by {:.3g} degrees against their sequence (gantry tilt); the grid is sheared",
-        tilt));
+    notes.push_back(
+        fmt::format("the slices are tilted by {:.3g} degrees against their stacking direction (gantry tilt); "
+                    "the grid is sheared",
+                    tilt));
 }
 
 // Sets the sources of an even grid's slices. `places`: where the given slices lie, in grid steps.
@@ -188,8 +189,8 @@ Result<void> lay_grid(const std::string& where, const std::vector<double>& along
   const double step = e.even ? e.step : total / count;
   const std::size_t widest = static_cast<std::size_t>(std::ranges::max_element(gaps) - gaps.begin());
   if (gaps[widest] > 4.5 * step && gaps[widest] > 10) {
-    return failure(where, fmt::format("misses {} of body between two slices that are {} and {} from the "
-                                      "first; it is too much to fill in",
+    return failure(where, fmt::format("lacks {} of the body between two slices that are {} and {} from the "
+                                      "first one; the gap is too large to interpolate",
                                       place(gaps[widest]), place(along[widest]), place(along[widest + 1])));
   }
   if (count > 4 * static_cast<double>(along.size()))
@@ -253,7 +254,7 @@ bool in_one_line(const std::vector<DicomSlice>& slices) {
 
 Result<SliceStack> stack_slices(const std::string& where, std::vector<DicomSlice> slices) {
   if (slices.size() < 2)
-    return failure(where, "holds only one slice of a series; a volume needs at least two");
+    return failure(where, "contains only one slice of a series; a volume needs at least two");
   SliceStack stack;
   sort_along(slices);
   stack.slices = std::move(slices);
@@ -262,18 +263,20 @@ Result<SliceStack> stack_slices(const std::string& where, std::vector<DicomSlice
     if (along[n] - along[n - 1] >= same_place) continue;
     const DicomSlice &one = stack.slices[n - 1], &other = stack.slices[n];
     const std::string what =
-        fmt::format("has two different slices at one position ({} and {})", one.path, other.path);
+        fmt::format("contains two different slices at one position ({} and {})", one.path, other.path);
     if (one.location && other.location && std::abs(*one.location - *other.location) > same_place)
-      return failure(where, what + fmt::format(", though their SliceLocation is {} and {}: the positions in "
-                                               "their headers are damaged",
-                                               place(*one.location), place(*other.location)));
-    return failure(where, what + "; give it a folder with one volume");
+      return failure(
+          where,
+          what + fmt::format(
+                     ", though their SliceLocation is {} and {}; the positions in their headers are damaged",
+                     place(*one.location), place(*other.location)));
+    return failure(where, what + "; give a folder with one volume");
   }
   if (const auto [aside, allowed] = aside_of_line(stack.slices, along); aside > allowed)
-    return failure(where,
-                   fmt::format("has slices that are not in one line (one is {:.2g} mm aside); a volume "
-                               "cannot be built from them",
-                               aside));
+    return failure(
+        where,
+        fmt::format("has slices that are not in one line (one is {:.2g} mm off); they do not form a volume",
+                    aside));
   const DicomSlice& first = stack.slices.front();
   stack.grid.size = {first.columns, first.rows, 0};
   stack.grid.axes.col(0) = first.column_spacing * first.along_row;

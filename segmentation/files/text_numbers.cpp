@@ -53,7 +53,7 @@ Result<std::size_t> TextNumbers::read(std::span<std::byte> target) {
       T value{};
       const auto [rest, trouble] = std::from_chars(first, last, value);
       if (trouble != std::errc() || rest != last) {
-        return failure(path_, fmt::format("holds '{}' among its voxels, expected numbers of type {}",
+        return failure(path_, fmt::format("has '{}' among its voxels; expected numbers of type {}",
                                           printable(*word), scalar_name(scalar_)));
       }
       std::memcpy(target.data() + filled, &value, sizeof value);

@@ -59,21 +59,21 @@ Result<Eigen::Vector3d> voxel_size(const std::string& path, const std::vector<Si
   for (int axis = 0; axis < 3; ++axis) {
     const bool unsaid =
         std::ranges::none_of(fields, [&](const SizeField& field) { return is_given(field.size[axis]); });
-    if (unsaid)
-      return failure(path, fmt::format("does not say how large its voxels are along axis {}", axis + 1));
+    if (unsaid) return failure(path, fmt::format("does not state the voxel size along axis {}", axis + 1));
     size[axis] = most_voted(fields, axis, false);
     if (!is_given(size[axis])) size[axis] = most_voted(fields, axis, true);
     if (!is_given(size[axis]))
-      return failure(path, fmt::format("gives contradictory voxel sizes ({}), and masses depend on them: "
-                                       "correct the wrong one",
-                                       said_by(fields)));
+      return failure(
+          path, fmt::format(
+                    "gives contradictory voxel sizes ({}), and masses depend on them; correct the wrong one",
+                    said_by(fields)));
     for (const SizeField& field : fields)
       differ = differ || (is_given(field.size[axis]) && !same_length(field.size[axis], size[axis], 1e-3));
   }
   if (differ)
     warnings.push_back(
-        fmt::format("the header gives different voxel sizes ({}): {:.5g} x {:.5g} x "
-                    "{:.5g} was taken; lengths and masses depend on it",
+        fmt::format("the header gives different voxel sizes ({}); {:.5g} x {:.5g} x {:.5g} was used, and "
+                    "lengths and masses depend on it",
                     said_by(fields), size[0], size[1], size[2]));
   return size;
 }

@@ -20,7 +20,7 @@ Result<void> check_length(const ImageHeader& header, const VoxelFile& file, std:
   if (least <= have) return {};
   return failure(
       file.path,
-      fmt::format("is cut off or its header is damaged: the header promises {} bytes{}, the file has {}{}",
+      fmt::format("is cut off or has a damaged header: the header promises {} bytes{}, and the file has {}{}",
                   need, packed ? " unpacked" : "", have, packed ? " packed" : ""));
 }
 
@@ -54,7 +54,7 @@ Result<void> VoxelStream::read(std::span<std::byte> target) {
     left_ -= *got;
     if (*got < step.size())
       return failure(files_[next_ - 1].path,
-                     fmt::format("is cut off: it holds {} of {} bytes of voxels", share_ - left_, share_));
+                     fmt::format("is cut off: it has {} of {} bytes of voxels", share_ - left_, share_));
     target = target.subspan(step.size());
   }
   return {};
@@ -69,7 +69,8 @@ Result<void> VoxelStream::finish() {
   if (*rest == most)
     return failure(
         files_[next_ - 1].path,
-        fmt::format("unpacks to more than twice the {} bytes of voxels that its header promises", share_));
+        fmt::format("decompresses to more than twice the {} bytes of voxels that its header promises",
+                    share_));
   return {};
 }
 

@@ -12,14 +12,14 @@ Result<void> write_image(const std::string& path, const Grid& grid, Scalar scala
                          std::span<const std::byte> voxels, const std::string& quantity) {
   if (voxels.size() != grid.count() * scalar_bytes(scalar)) {
     return failure(path, "was not written: the grid has " + std::to_string(grid.count()) +
-                             " voxels, the volume holds " +
+                             " voxels, and the volume has " +
                              std::to_string(voxels.size() / scalar_bytes(scalar)));
   }
   if (path.ends_with(".nii") || path.ends_with(".nii.gz"))
     return write_nifti(path, grid, scalar, voxels, quantity);
   if (path.ends_with(".nrrd")) return write_nrrd(path, grid, scalar, voxels, quantity);
   if (path.ends_with(".mha")) return write_metaimage(path, grid, scalar, voxels, quantity);
-  return bad_use(path, "volumes are written as .nii.gz, .nii, .nrrd or .mha; give a name that ends so");
+  return bad_use(path, "is not a supported file name for a volume; end it in .nii.gz, .nii, .nrrd or .mha");
 }
 
 }  // namespace

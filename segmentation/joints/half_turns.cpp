@@ -91,14 +91,15 @@ std::optional<Eigen::Matrix3d> half_turn(const Anatomy& a, const Trunk& trunk) {
 std::string words_of_half_turn(const Eigen::Matrix3d& axes) {
   std::string what;
   if (axes(1, 1) < 0) what = "its spine lies where the header says front";
-  if (axes(2, 2) < 0) what += std::string(what.empty() ? "" : ", and ") + "its feet point where it says head";
+  if (axes(2, 2) < 0)
+    what += std::string(what.empty() ? "" : ", and ") + "its feet point to where the header says head";
   return "the header contradicts the body: " + what +
-         " (a wrong patient position, or none). Parts were found as the body itself lies, turned by half a "
-         "turn; " +
-         (axes(0, 0) < 0 ? "left and right are its own, the other way round than the header has them: if the "
-                           "file is mirrored instead, they are exchanged"
-                         : "left and right are as the header has them: if the file is mirrored instead, they "
-                           "are exchanged");
+         " (its patient position is wrong or missing). The parts follow the body, half a turn from the "
+         "header; " +
+         (axes(0, 0) < 0
+              ? "left and right follow the body and are swapped against the header; if the file is mirrored "
+                "instead, exchange them"
+              : "left and right follow the header; if the file is mirrored instead, exchange them");
 }
 
 }  // namespace borelli

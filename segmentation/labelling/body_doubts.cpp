@@ -106,10 +106,9 @@ void doubt_impossible_volumes(Segmentation& out) {
     const std::string article = std::string("aeiou").find(side_less[0]) == std::string::npos ? "a " : "an ";
     if (litres > of_heaviest) {
       finding.confidence = std::min(finding.confidence, 0.1);
-      add_note(finding,
-               fmt::format("{:.3g} l is impossible for {}{} ({:.2g} l in a man of 250 kg): is the air "
-                           "around the body -1000 HU?",
-                           litres, article, side_less, of_heaviest));
+      add_note(finding, fmt::format("{:.3g} l is impossible for {}{} ({:.2g} l in a man of 250 kg): check "
+                                    "that the air around the body is -1000 HU",
+                                    litres, article, side_less, of_heaviest));
       continue;
     }
     if (!stature || finding.coverage != Coverage::whole) continue;
@@ -146,12 +145,10 @@ void warn_of_body(Segmentation& out) {
   if (!stature || !all) return;
   const double litres = 1e-6 * volume, square = 1e-6 * *stature * *stature;
   if (litres < least * square || litres > most * square)
-    out.warnings.push_back(
-        {WarningKind::body, Severity::doubt,
-         fmt::format(
-             "{:.3g} l is impossible for a body of {:.2f} m, as its joints' distances tell ({:.2g} to "
-             "{:.3g} l)",
-             litres, 1e-3 * *stature, least * square, most * square)});
+    out.warnings.push_back({WarningKind::body, Severity::doubt,
+                            fmt::format("{:.3g} l is impossible for a body of {:.2f} m, the height that its "
+                                        "joints suggest ({:.2g} to {:.3g} l)",
+                                        litres, 1e-3 * *stature, least * square, most * square)});
 }
 
 void warn_of_parts(Segmentation& out) {
@@ -162,8 +159,8 @@ void warn_of_parts(Segmentation& out) {
     if (finding.volume == 0 || finding.confidence >= least_confidence) continue;
     Warning warning = joined_warning(
         WarningKind::part, finding.confidence <= 0.1 ? Severity::fault : Severity::doubt,
-        "the bounds of these parts are uncertain", in_words(parts[n].name), brief(finding.note));
-    warning.text = "the bounds of the " + in_words(parts[n].name) + " are uncertain" +
+        "the boundaries of these parts are uncertain", in_words(parts[n].name), brief(finding.note));
+    warning.text = "the boundaries of the " + in_words(parts[n].name) + " are uncertain" +
                    (finding.note.empty() ? "" : ": " + finding.note);
     out.warnings.push_back(std::move(warning));
   }
@@ -187,13 +184,13 @@ void warn_of_joints(const Grid& grid, Segmentation& out) {
       Warning warning = joined_warning(
           WarningKind::joint, far ? Severity::doubt : Severity::note,
           mark.source.ends_with(unlike_other_side)
-              ? "left and right limbs differ more in length than people's do, so these joints may lie off"
-              : "limbs are of a length that no body of this size has, so these joints may lie off",
+              ? "left and right limbs differ more in length than in any person, so these joints may lie off"
+              : "limbs have a length that no body of this size has, so these joints may lie off",
           in_words(name) + " " + by);
       warning.text = in_words(name) + fmt::format(" may lie {:.0f} mm off: ", mark.deviation) +
                      (mark.source.ends_with(unlike_other_side)
-                          ? "left and right limbs differ more in length than people's do"
-                          : "its limb is of a length that no body of this size has");
+                          ? "left and right limbs differ more in length than in any person"
+                          : "its limb has a length that no body of this size has");
       out.warnings.push_back(std::move(warning));
       continue;
     }
@@ -203,13 +200,14 @@ void warn_of_joints(const Grid& grid, Segmentation& out) {
       wrists = std::max(wrists, mark.deviation);
     if (far && bounds.contains(name)) {
       out.warnings.push_back(joined_warning(WarningKind::joint, Severity::doubt,
-                                            "these joints and bounds may lie far off",
+                                            "these joints and boundaries may lie far off",
                                             in_words(name) + fmt::format(" by {:.0f} mm", mark.deviation)));
     } else if (is_by_outline(mark)) {
-      out.warnings.push_back(joined_warning(
-          WarningKind::joint, Severity::note,
-          "the scan does not show the round bone ends of these joints, so their outlines place them",
-          in_words(name), fmt::format("within {:.0f} mm", 2 * mark.deviation)));
+      out.warnings.push_back(joined_warning(WarningKind::joint, Severity::note,
+                                            "the scan does not show the round ends of the bones at these "
+                                            "joints, so the bones' outlines place them",
+                                            in_words(name),
+                                            fmt::format("within {:.0f} mm", 2 * mark.deviation)));
     }
   }
   constexpr double usual = 5, uncertain = 7;  // mm
@@ -218,11 +216,10 @@ void warn_of_joints(const Grid& grid, Segmentation& out) {
     out.warnings.push_back(
         {WarningKind::joint, Severity::note,
          fmt::format("voxels of {:.1f} mm are large for this body's joints", largest) +
-             (wrists > uncertain
-                  ? fmt::format(": a wrist may lie up to {:.0f} mm off, and with it the border between "
-                                "forearm and hand",
-                                2 * wrists)
-                  : std::string(": joints and the masses beside them are less certain"))});
+             (wrists > uncertain ? fmt::format(": a wrist may lie up to {:.0f} mm off, and the boundary "
+                                               "between forearm and hand with it",
+                                               2 * wrists)
+                                 : std::string(": joints and the masses beside them are less certain"))});
 }
 
 void add_reader_warnings(const std::vector<std::string>& sentences, const Grid& scan, Segmentation& out) {

@@ -194,8 +194,8 @@ void ClassParts::find_joints(const Anatomy& a, const Volume<std::uint8_t>& seeds
     if (there != marks.end()) {
       const double apart = (there->second.point - by_labels->point).norm();
       if (apart < (head ? 15 : 40)) continue;
-      warnings.push_back(joint + ": what was found in the scan lies " + std::to_string(std::lround(apart)) +
-                         " mm from where the labelled bones meet, which counts");
+      warnings.push_back(joint + ": the scan shows it " + std::to_string(std::lround(apart)) +
+                         " mm from where the labelled bones meet; the labels were used");
       const std::string side =
           joint.substr(joint.rfind('_') == std::string::npos ? joint.size() : joint.rfind('_'));
       const std::string stem = joint.substr(0, joint.size() - side.size());
@@ -238,9 +238,8 @@ std::vector<std::string> ClassParts::warnings() const {
   }
   if (lefts == 0 || rights == 0 || left / lefts > right / rights) return {};
   return {
-      "the classes of the left lie on the patient's right: is the label map mirrored, or the scan's "
-      "orientation "
-      "wrong?"};
+      "the left classes lie on the patient's right; check whether the label map is mirrored, or the scan's "
+      "orientation wrong"};
 }
 
 }  // namespace borelli

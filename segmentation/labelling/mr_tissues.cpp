@@ -271,10 +271,11 @@ GreyVolume flat_body(const MrReading& reading) {
 }
 
 Result<MrReading> read_mr(const GreyVolume& volume, const ClassLabels* classes, int threads) {
-  if (volume.quantity != Quantity::mr) return failure("MR", "this volume holds no magnetic resonance signal");
+  if (volume.quantity != Quantity::mr)
+    return failure("MR", "this volume does not contain magnetic resonance signal");
   const Grid& g = volume.grid;
   const auto greatest = volume.voxels.empty() ? 0 : *std::ranges::max_element(volume.voxels);
-  if (greatest <= 0) return failure("MR", "the volume holds no signal");
+  if (greatest <= 0) return failure("MR", "the volume contains no signal");
 
   // bytes: density, tissues and labels on this grid, and means on coarser ones
   if (auto fits = admit_memory("MR", "finding its tissues", 6.0 * static_cast<double>(g.count())); !fits)
@@ -290,13 +291,13 @@ Result<MrReading> read_mr(const GreyVolume& volume, const ClassLabels* classes, 
   if (background)
     body = body_of(mr, parting.at);
   else
-    out.warnings.push_back("no air is told around the body: all that the scan shows was taken as body");
+    out.warnings.push_back("no air was found around the body; everything in the scan was taken as body");
   std::size_t count = 0;
   for (const auto v : body.voxels) count += v;
   if (static_cast<double>(count) * mr.grid.voxel_volume() < 1e5)
-    return failure(
-        "MR",
-        "no body is in the volume: nothing in it is brighter than its surroundings over a few centimetres");
+    return failure("MR",
+                   "the volume contains no body: nothing in it is brighter than its surroundings over a few "
+                   "centimetres");
 
   // the bias field, on a grid coarse enough for N4 to take seconds
   const double coarse = std::max(3.0, std::cbrt(static_cast<double>(g.count()) * g.voxel_volume() / 40000));
@@ -319,7 +320,7 @@ Result<MrReading> read_mr(const GreyVolume& volume, const ClassLabels* classes, 
     if (holds(body, p))
       sampled.push_back(static_cast<float>(std::max<int>(0, volume.voxels[o])) / value_at(*field, p));
   }
-  if (sampled.empty()) return failure("MR", "no body is in the volume");
+  if (sampled.empty()) return failure("MR", "the volume contains no body");
   const Classes m = classes_of(std::move(sampled));
   const Mask gas = thick_dark(mr, *field, body, m, threads);
 
@@ -361,26 +362,23 @@ Result<MrReading> read_mr(const GreyVolume& volume, const ClassLabels* classes, 
   for (const auto label : out.tissues.voxels)
     if (label) out.litres[label - (parts.size() - 1)] += g.voxel_volume() * 1e-6;
   out.warnings.push_back(
-      fmt::format("MR has no CT numbers: tissues were told by brightness after correction of its bias field "
-                  "(fat {:.0f}, lean {:.0f}, "
-                  "dark {:.0f} on average), fat as the brightest; where fat is suppressed or fluid is "
-                  "brighter, that is wrong",
+      fmt::format("MR has no CT numbers; tissues were classified by brightness after bias field correction "
+                  "(fat {:.0f}, lean {:.0f}, dark {:.0f} on average), with fat as the brightest; this is "
+                  "wrong where fat is suppressed or fluid is brighter",
                   m.centre[2], m.centre[1], m.centre[0]));
   const double dark = out.litres[1], thick = out.litres[4];
   if (dark > 0)
     out.warnings.push_back(
-        fmt::format("{:.2f} litres of the body are dark: cortical bone, tendon or air, which MR does not "
-                    "tell apart; they weigh {:.2f} kg "
-                    "here, {:.2f} kg as tendon, {:.2f} kg as cortical bone",
+        fmt::format("{:.2f} litres of the body are dark: cortical bone, tendon or air, which MR cannot tell "
+                    "apart; they weigh {:.2f} kg here, {:.2f} kg as tendon, {:.2f} kg as cortical bone",
                     dark, 1.5 * dark, 1.1 * dark, 1.92 * dark));
   if (thick > 0)
     out.warnings.push_back(
-        fmt::format("{:.2f} litres are dark and more than 20 mm thick: taken as lung (382 kg/m^3), but as "
-                    "dark tissue in parts other "
-                    "than the upper and middle trunk",
+        fmt::format("{:.2f} litres are dark and more than 20 mm thick; they count as lung (382 kg/m^3), and "
+                    "as dark tissue outside the upper and middle trunk",
                     thick));
   if (!classes)
-    out.warnings.push_back("the marrow of bones is bright and counts as fat, so bones come out too light");
+    out.warnings.push_back("bone marrow is bright and counts as fat, so the bones weigh too little");
   return out;
 }
 

@@ -85,7 +85,7 @@ void judge(const Anatomy& a, const Contact& contact, const PartPlanes& planes, c
     finding.volume = static_cast<double>(count[n]) * out.labels.grid.voxel_volume();
     if (count[n] == 0) continue;
     finding.coverage = contact[n] > cut_section ? Coverage::cut : Coverage::whole;
-    if (finding.coverage == Coverage::cut) finding.note = "reaches the scan's edge";
+    if (finding.coverage == Coverage::cut) finding.note = "reaches the edge of the scan";
     finding.confidence = 1;
     for (const Part& other : parts) {
       if (other.joint.empty() || (other.name != parts[n].name && other.parent != parts[n].name)) continue;
@@ -113,11 +113,11 @@ void judge(const Anatomy& a, const Contact& contact, const PartPlanes& planes, c
                           " placed by proportion";
         if (it->second.source.ends_with(unlike_other_side))
           finding.note += (finding.note.empty() ? "" : "; ") +
-                          (bound.starts_with("asis") ? "the iliac spines that its cut hangs on are not each "
-                                                       "other's mirror images"
-                                                     : bound + " is unlike the other side's");
+                          (bound.starts_with("asis")
+                               ? "the iliac spines that define its cut are not mirror images of each other"
+                               : bound + " differs from the other side's");
         if (it->second.source.ends_with(unlike_body))
-          finding.note += (finding.note.empty() ? "" : "; ") + bound + " is unlike the body's size";
+          finding.note += (finding.note.empty() ? "" : "; ") + bound + " does not fit the body's size";
         if (const auto own = out.landmarks.find(joint);
             own != out.landmarks.end() && own->second.source.starts_with("regression"))
           finding.note += (finding.note.empty() ? "" : "; ") + joint + " placed by regression";
@@ -213,7 +213,7 @@ void tell_cut_tips(const Anatomy& a, const std::array<Tip, 4>& tips, Segmentatio
     }
     if (!runs_out(tip.places, a.scan.seen, outwards.normalized())) continue;
     finding.coverage = Coverage::cut;
-    finding.note = "reaches the scan's edge" + (finding.note.empty() ? "" : "; " + finding.note);
+    finding.note = "reaches the edge of the scan" + (finding.note.empty() ? "" : "; " + finding.note);
   }
 }
 
@@ -252,10 +252,11 @@ void doubt_impossible_shares(Segmentation& out) {
     PartFinding& finding = out.part[n];
     finding.coverage = Coverage::cut;
     finding.confidence = std::min(finding.confidence, 0.1);
-    finding.note = std::string(body[n] > *middle
-                                   ? "it is too large beside the other whole parts to be this part alone"
-                                   : "it is too small beside the other whole parts to be all of this part") +
-                   (finding.note.empty() ? "" : "; " + finding.note);
+    finding.note =
+        std::string(body[n] > *middle
+                        ? "it is too large, compared with the other whole parts, to be this part alone"
+                        : "it is too small, compared with the other whole parts, to be the whole part") +
+        (finding.note.empty() ? "" : "; " + finding.note);
     doubt_ends(parts[n].name, std::cbrt(finding.volume * *middle / body[n]), out.landmarks);
   }
 }
@@ -269,7 +270,7 @@ void doubt_what_touches(const std::array<double, parts.size()>& area, Segmentati
     finding.confidence = std::min(finding.confidence, 0.4);
     finding.note +=
         (finding.note.empty() ? "" : "; ") +
-        fmt::format("nothing shows its border where it touches other parts ({:.0f} cm2)", area[n] * 1e-2);
+        fmt::format("nothing shows its boundary where it touches other parts ({:.0f} cm2)", area[n] * 1e-2);
   }
 }
 
@@ -313,7 +314,7 @@ void warn_of_lone_limbs(const Trunk& trunk, Segmentation& out) {
       if (!gone[static_cast<std::size_t>(side)] || is_absent(out.absent, root, at)) continue;
       out.warnings.push_back(
           {WarningKind::body, Severity::doubt,
-           fmt::format("the scan shows no {0} {1}: if the body lacks it, say --absent {2}{3}", at.substr(1),
+           fmt::format("the scan shows no {0} {1}; if the body lacks it, give --absent {2}{3}", at.substr(1),
                        limb, root, at)});
     }
 }
@@ -330,8 +331,9 @@ void doubt_hands_that_meet(Segmentation& out) {
   for (PartFinding* hand : {&larger, &smaller}) {
     hand->coverage = Coverage::cut;
     hand->confidence = std::min(hand->confidence, 0.1);
-    hand->note += (hand->note.empty() ? "" : "; ") + std::string(hand == &larger ? "may hold" : "may lack") +
-                  " some of a hand: the arms' bones meet, and the hands differ";
+    hand->note += (hand->note.empty() ? "" : "; ") +
+                  std::string(hand == &larger ? "may include" : "may lack") +
+                  " part of a hand: the arms' bones meet, and the hands differ";
   }
   forget_cut_ends(out);
 }
@@ -376,7 +378,7 @@ void doubt_what_holds_arms(const Anatomy& a, const Volume<std::uint8_t>& owner, 
     finding.coverage = Coverage::cut;
     finding.confidence = std::min(finding.confidence, 0.2);
     finding.note += (finding.note.empty() ? "" : "; ") +
-                    std::string("may hold flesh of arms, whose shoulders are not in view");
+                    std::string("may include flesh of the arms, whose shoulders are not in view");
   }
 }
 
@@ -404,7 +406,7 @@ void doubt_thighs_above_crotch(const Anatomy& a, const Volume<std::uint8_t>& own
     PartFinding& thigh = out.part[static_cast<std::size_t>(label)];
     thigh.confidence = std::min(thigh.confidence, 0.4);
     thigh.note += (thigh.note.empty() ? "" : "; ") +
-                  std::string("may hold flesh of the lower trunk, whose hips are not in view");
+                  std::string("may include flesh of the lower trunk, whose hips are not in view");
   }
 }
 
@@ -413,7 +415,8 @@ void doubt_trunk_without_shoulders(Segmentation& out) {
   if (trunk.volume == 0) return;
   trunk.coverage = Coverage::cut;
   trunk.confidence = std::min(trunk.confidence, 0.2);
-  trunk.note += (trunk.note.empty() ? "" : "; ") + std::string("holds what is in view of shoulders and arms");
+  trunk.note +=
+      (trunk.note.empty() ? "" : "; ") + std::string("includes the visible part of the shoulders and arms");
 }
 
 void doubt_trunk_without_hips(const Anatomy& a, const Volume<std::uint8_t>& owner, const PartPlanes& planes,
@@ -431,7 +434,7 @@ void doubt_trunk_without_hips(const Anatomy& a, const Volume<std::uint8_t>& owne
   if (low > omphalion->second.point[2] - below * scale) return;
   finding.confidence = std::min(finding.confidence, 0.4);
   finding.note += (finding.note.empty() ? "" : "; ") +
-                  std::string("may hold flesh of the thighs, whose hips are not in view");
+                  std::string("may include flesh of the thighs, whose hips are not in view");
 }
 
 void warn_of_flesh_without_part(const Anatomy& a, const Volume<std::uint8_t>& owner, Segmentation& out) {
@@ -441,11 +444,10 @@ void warn_of_flesh_without_part(const Anatomy& a, const Volume<std::uint8_t>& ow
     if (a.body.voxels[o]) ++body, without += owner.voxels[o] == 0;
   const double voxel = a.grid().voxel_volume();
   if (without * voxel > much && without > share * body)
-    out.warnings.push_back(
-        {WarningKind::body, Severity::doubt,
-         fmt::format("{:.1f} of the {:.1f} l of body in view belong to no part and are left out: a limb is "
-                     "found only where its hip or shoulder is in view",
-                     1e-6 * without * voxel, 1e-6 * body * voxel)});
+    out.warnings.push_back({WarningKind::body, Severity::doubt,
+                            fmt::format("{:.1f} of the {:.1f} l of visible body belong to no part and are "
+                                        "left out; a limb is found only if its hip or shoulder is in view",
+                                        1e-6 * without * voxel, 1e-6 * body * voxel)});
 }
 
 }  // namespace borelli

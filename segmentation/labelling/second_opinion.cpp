@@ -121,7 +121,7 @@ void doubt_by_proposal(const Proposal& proposal, Segmentation& out) {
     const double lost = sure - found;
     if (lost < least_volume || lost < least_share * sure) continue;
     out.warnings.push_back(joined_warning(
-        WarningKind::part, Severity::doubt, "these limbs are labelled as other parts, in all or in part",
+        WarningKind::part, Severity::doubt, "these limbs are labelled as other parts, completely or partly",
         limb_in_words(limb), fmt::format("{:.2g} of {:.2g} l", lost / 1e6, sure / 1e6)));
   }
 }

@@ -137,7 +137,7 @@ Segmentation parts_of(const GreyVolume& volume, Anatomy& a, const Trunk& of_body
     put_given(options.given, out.landmarks);
   }
 
-  progress(0.6, "parting bones");
+  progress(0.6, "separating the bones");
   bool by_hand = false;
   auto bones = label_bones(a, trunk, limbs, PartPlanes(out.landmarks));
   if (classes) {
@@ -156,7 +156,7 @@ Segmentation parts_of(const GreyVolume& volume, Anatomy& a, const Trunk& of_body
     part_bones_at_joints(a, out.landmarks, trunk.scale, bones);
     part_axial_bones(a, trunk, out.landmarks, bones);
   }
-  progress(0.7, "parting soft tissue");
+  progress(0.7, "dividing the soft tissue");
   auto owner = label_soft_tissue(a, lean.get(), bones, options.step, options.convention);
   mirror_legs(a, trunk, limbs, owner);
   // with `bone` no plane separates the forearm at an elbow out of view
@@ -186,12 +186,12 @@ Segmentation parts_of(const GreyVolume& volume, Anatomy& a, const Trunk& of_body
   if (!classes && !trunk.empty()) warn_of_flesh_without_part(a, owner, out);
   if (a.proposal && !by_hand && !trunk.empty()) doubt_by_proposal(*a.proposal, out);
   if (by_hand)
-    out.warnings.push_back({WarningKind::body, Severity::note,
-                            "neither both hips nor both shoulders were found: the given landmarks alone tell "
-                            "the parts"});
+    out.warnings.push_back(
+        {WarningKind::body, Severity::note,
+         "the scan shows neither both hips nor both shoulders; the parts rely on the given landmarks alone"});
   else if (trunk.empty() && !classes)
     out.warnings.push_back({WarningKind::body, Severity::fault,
-                            "no part is labelled: the scan shows neither both hips nor both shoulders, nor "
+                            "no part was labelled: the scan shows neither both hips nor both shoulders, nor "
                             "two legs from mid-thigh to the feet, nor a head"});
   warn_of_lone_limbs(trunk, out);
   return out;
@@ -331,11 +331,10 @@ std::optional<Segmentation> parts_in_view(const GreyVolume& volume, const View& 
   for (PartFinding& part : out.part) part.volume *= view.size * view.size * view.size;
   for (const auto& [name, landmark] : options.given) out.landmarks[name] = landmark;
   if (view.turn() > straight)
-    out.warnings.push_back(
-        {WarningKind::scan, Severity::note,
-         fmt::format("the body lies turned by {:.0f} degrees in the scanner: parts were found along its own "
-                     "axes",
-                     view.turn() * 180 / EIGEN_PI)});
+    out.warnings.push_back({WarningKind::scan, Severity::note,
+                            fmt::format("the body lies rotated by {:.0f} degrees in the scanner; the parts "
+                                        "were found along its own axes",
+                                        view.turn() * 180 / EIGEN_PI)});
   return out;
 }
 
@@ -429,43 +428,40 @@ double zeros_at_border(const GreyVolume& volume) {
 
 Result<Segmentation> segment(const GreyVolume& volume, const SegmentOptions& options) {
   if (volume.quantity != Quantity::hu && volume.quantity != Quantity::density_kgm3)
-    return failure(
-        "segmentation",
-        volume.quantity == Quantity::labels
-            ? "this volume is a label map, and parts are found in CT numbers or densities: give the scan "
-              "that "
-              "it belongs to as the volume, and this file with --labels"
-            : "parts are found in CT numbers or densities only; this volume holds magnetic resonance signal: "
-              "give a label map of its parts with --labels, or say what it holds (--quantity hu or "
-              "density_kgm3)");
+    return failure("segmentation",
+                   volume.quantity == Quantity::labels
+                       ? "this volume is a label map, and parts are found in CT numbers or densities; give "
+                         "its scan as the volume, and this file with --labels"
+                       : "this volume contains magnetic resonance signal, and parts are found in CT numbers "
+                         "or densities; give a label map of its parts with --labels, or state what it holds "
+                         "(--quantity hu or density_kgm3)");
   if (volume.grid.count() == 0 || volume.voxels.size() != volume.grid.count())
-    return failure("segmentation", "the volume holds no voxels");
+    return failure("segmentation", "the volume contains no voxels");
   if (volume.quantity == Quantity::hu && *std::min_element(volume.voxels.begin(), volume.voxels.end()) >= 0)
-    return failure(
-        "segmentation",
-        "these CT numbers show neither air nor fat, since none is below 0: were they stored with 1024 "
-        "added? Subtract it, or say what they are (--quantity density_kgm3)");
+    return failure("segmentation",
+                   "these CT numbers show neither air nor fat, since none is below 0; subtract 1024 if it "
+                   "was added, or state what they are (--quantity density_kgm3)");
   // tissue and air are noisy: few voxels of an outermost slice through a body share one exact value
   constexpr double most_zeros = 0.05;
   if (const double zeros = zeros_at_border(volume); volume.quantity == Quantity::hu && zeros > most_zeros)
     return failure(
         "segmentation",
-        fmt::format("{:.2g} % of the scan's outermost voxels are exactly 0 HU: there the picture was "
-                    "filled with what counts as water, and would be weighed as a body; fill it with "
-                    "-1000, or crop it",
+        fmt::format("{:.2g} % of the scan's outermost voxels are exactly 0 HU: the picture was padded there "
+                    "with the value of water, which would be weighed as body; pad it with -1000, or crop it",
                     100 * zeros));
   if (!(options.step >= finest_step && options.step <= coarsest_step))
-    return bad_use("segmentation", fmt::format("the work grid's step is {:.6g} mm: choose {:g} to {:g} mm",
+    return bad_use("segmentation", fmt::format("the work grid's spacing is {:.6g} mm; choose {:g} to {:g} mm",
                                                options.step, finest_step, coarsest_step));
   constexpr double largest_scan = 5000;  // mm: the work grid spans the whole scan
   const Eigen::Array3d extent =
       volume.grid.spacing().array() *
       Eigen::Map<const Eigen::Array<std::int64_t, 3, 1>>(volume.grid.size.data()).cast<double>();
   if (extent.maxCoeff() > largest_scan)
-    return failure("segmentation",
-                   fmt::format("the scan is {:.3g} x {:.3g} x {:.3g} m large, and no body is: "
-                               "is the unit of its voxels right?",
-                               extent[0] / 1e3, extent[1] / 1e3, extent[2] / 1e3));
+    return failure(
+        "segmentation",
+        fmt::format(
+            "the scan measures {:.3g} x {:.3g} x {:.3g} m, more than any body; check the unit of its voxels",
+            extent[0] / 1e3, extent[1] / 1e3, extent[2] / 1e3));
   const auto progress = [&](double share, std::string_view what) {
     if (options.progress) options.progress(share, what);
   };
@@ -478,11 +474,9 @@ Result<Segmentation> segment(const GreyVolume& volume, const SegmentOptions& opt
       inside[c] =
           std::clamp(index[c], 0.0, static_cast<double>(volume.grid.size[static_cast<std::size_t>(c)] - 1));
     if (const double off = (volume.grid.point(inside) - landmark.point).norm(); off > beyond)
-      return bad_use(
-          "landmarks",
-          fmt::format(
-              "{} lies {:.0f} mm outside the scan: are its coordinates in mm, and LPS as its file says?",
-              name, off));
+      return bad_use("landmarks", fmt::format("{} lies {:.0f} mm outside the scan; check that its "
+                                              "coordinates are in mm, and in LPS or RAS as its file says",
+                                              name, off));
   }
 
   if (auto fine = check_given(options.absent, options.given); !fine) return tl::unexpected(fine.error());
@@ -506,10 +500,10 @@ Result<Segmentation> segment(const GreyVolume& volume, const SegmentOptions& opt
   }
   if (!has_body(a))
     return failure("segmentation",
-                   "no body is in the volume: nothing in it is denser than air over more than a few "
-                   "centimetres (does it hold Hounsfield units?)");
+                   "the volume contains no body: nothing in it is denser than air over more than a few "
+                   "centimetres; check that it holds Hounsfield units");
   if (!classes) {
-    progress(0.4, "telling limbs apart");
+    progress(0.4, "identifying the limbs");
     if (auto asked = ask_forest(a, options.forest); !asked) return tl::unexpected(asked.error());
   }
   progress(0.45, "finding hips, shoulders and spine");

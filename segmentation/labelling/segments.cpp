@@ -42,7 +42,7 @@ Result<SegmentChoice> choose_segments(std::string_view list, std::span<const std
   for (const std::string& word : words_of(list)) {
     if (std::ranges::find(known, word) == known.end())
       return bad_use("--segments",
-                     fmt::format("there is no segment '{}'; choose from {}", word, fmt::join(known, ", ")));
+                     fmt::format("unknown segment '{}'; choose from {}", word, fmt::join(known, ", ")));
     Segment segment{word, {word}};
     if (const SegmentGroup* group = segment_group(word);
         group && std::ranges::find(names, word) == names.end())
@@ -50,14 +50,18 @@ Result<SegmentChoice> choose_segments(std::string_view list, std::span<const std
     for (const std::string& label : segment.of) {
       const auto [before, fresh] = taken.emplace(label, word);
       if (fresh) continue;
-      if (before->second == word) return bad_use("--segments", fmt::format("{} is asked for twice", word));
-      return bad_use("--segments", fmt::format("{} and {} share {}: a place can belong to one of them only",
-                                               before->second, word, label));
+      if (before->second == word)
+        return bad_use("--segments", fmt::format("{} is named twice; name it once", word));
+      return bad_use(
+          "--segments",
+          fmt::format("{} and {} share {}; name only one of them, since each voxel belongs to one segment",
+                      before->second, word, label));
     }
     choice.push_back(std::move(segment));
   }
   if (names.size() + choice.size() > 256)
-    return bad_use("--segments", "there are too many labels for groups beside them: 255 fit");
+    return bad_use("--segments",
+                   "the label map has too many labels for groups; at most 255 are possible in all");
   return choice;
 }
 

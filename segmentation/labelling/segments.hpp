@@ -50,9 +50,8 @@ using SegmentChoice = std::vector<Segment>;
 
 /// Help text of `--segments`.
 inline constexpr const char* segments_help =
-    "Which segments, with commas between: parts by name, and trunk, arm_left, arm_right, leg_left, "
-    "leg_right, "
-    "which count their parts as one (default: every part)";
+    "Segments to measure, separated by commas: parts by name, or trunk, arm_left, arm_right, leg_left, "
+    "leg_right, which merge their parts (default: every part)";
 
 /// Parses a list such as "trunk,thigh_left". `names`: the names of a label map (default: the sixteen parts).
 /// Groups are allowed if all of their parts are in `names`. An empty list is an empty choice. Errors: an

@@ -85,14 +85,14 @@ void tell_what_is_not_parted(const PartPlanes& planes, Segmentation& out) {
       if (joint.empty()) joint = bare(parts[m].joint);
       held += (held.empty() ? "" : " and ") + bare(parts[m].name);
       out.part[m].coverage = Coverage::cut;
-      add(out.part[m].note, "counted with the " + bare(parts[n].name) + ": no " + joint + " was found");
+      add(out.part[m].note, "included in the " + bare(parts[n].name) + ": no " + joint + " was found");
       last = m;
     }
     if (last == n) continue;
     out.part[n].coverage = Coverage::cut;
     out.part[n].confidence = std::min(out.part[n].confidence, 0.2);
     out.part[n].note.clear();  // replaces "no plane at knee_left"
-    add(out.part[n].note, "no " + joint + " was found: this part contains the " + held);
+    add(out.part[n].note, "no " + joint + " was found: this part includes the " + held);
   }
 }
 
@@ -131,7 +131,7 @@ void doubt_unparted_limbs(Segmentation& out) {
                       (finding.note.starts_with(stump_note)
                            ? "it is longer than the other side's, which has a " + std::string(limb.to)
                            : std::string("no ") + limb.to +
-                                 " was found: this part contains what is in view of the " + limb.beyond);
+                                 " was found: this part includes the visible part of the " + limb.beyond);
     }
 }
 
@@ -149,7 +149,7 @@ void doubt_head_under_arms(const Anatomy& a, const Limbs& limbs, Segmentation& o
     if (z > top - below_end || z < shoulder->point[2] + over_shoulder) continue;
     head.confidence = std::min(head.confidence, 0.2);
     head.note += (head.note.empty() ? "" : "; ") +
-                 std::string("may hold a hand: a raised arm leaves the scan at its side");
+                 std::string("may include a hand: a raised arm leaves the scan beside it");
     if (const auto vertex = out.landmarks.find("vertex"); vertex != out.landmarks.end())
       vertex->second.deviation = std::max(vertex->second.deviation, arm_long);
     return;

@@ -14,9 +14,9 @@ constexpr std::int32_t no_place = -1;
 
 Result<void> check_fits(const Forest& forest) {
   if (forest.features != voxel_feature_names())
-    return failure("forest", "was trained with other features than this program's: train it anew");
+    return failure("forest", "was trained with other features than this program uses; train it again");
   if (!std::equal(forest.classes.begin(), forest.classes.end(), voxel_classes.begin(), voxel_classes.end()))
-    return failure("forest", "was trained with other classes than this program's: train it anew");
+    return failure("forest", "was trained with other classes than this program uses; train it again");
   return {};
 }
 

@@ -81,20 +81,20 @@ void Forest::add_up(std::span<const std::int16_t> row, std::span<std::uint32_t> 
 Result<Forest> parse_forest(std::string_view bytes, const std::string& where) {
   constexpr std::string_view mark = "borelli-forest ";
   if (!bytes.starts_with(mark))
-    return failure(where, "is no forest: it does not begin with 'borelli-forest'");
+    return failure(where, "is not a forest: it does not begin with 'borelli-forest'");
   if (!bytes.starts_with("borelli-forest 1\n"))
-    return failure(where, "is a forest of another version than 1: train it anew with this program's script");
+    return failure(where, "is a forest of another version than 1; train it again with this program's script");
   const auto damaged = [&](const char* what) {
-    return failure(where, fmt::format("is a damaged forest ({}): copy or train it anew", what));
+    return failure(where, fmt::format("is a damaged forest ({}); copy it again, or train it again", what));
   };
   const auto header = parse_header(bytes);
   if (!header) return damaged("a line of its header cannot be read");
-  if (!plausible(*header, bytes.size())) return damaged("its length or header is not as it says");
+  if (!plausible(*header, bytes.size())) return damaged("its header or length contradicts itself");
   std::vector<std::uint8_t> data(header->unpacked);
   uLongf unpacked = header->unpacked;
   const auto* const packed = reinterpret_cast<const Bytef*>(bytes.data() + header->length);
   if (uncompress(data.data(), &unpacked, packed, header->packed) != Z_OK || unpacked != header->unpacked)
-    return damaged("its bytes cannot be unpacked");
+    return damaged("its bytes cannot be decompressed");
   if (crc32(0, data.data(), static_cast<uInt>(data.size())) != header->crc)
     return damaged("its checksum differs");
 
@@ -111,7 +111,7 @@ Result<Forest> parse_forest(std::string_view bytes, const std::string& where) {
       const bool leaf = feature == Forest::leaf_mark;
       if (at + (leaf ? classes : 2) > data.size()) return damaged("a tree ends too early");
       if (!leaf) {
-        if (feature >= out.features.size()) return damaged("a branch asks for a feature that is none");
+        if (feature >= out.features.size()) return damaged("a branch uses an unknown feature");
         if (waiting.size() >= deepest) return damaged("a tree is too deep");
         const int threshold = data[at] | data[at + 1] << 8;
         waiting.push_back(static_cast<std::uint32_t>(out.nodes_.size()));

@@ -28,7 +28,7 @@ Result<AbsentParts> parse_absent(std::string_view text) {
       for (std::size_t n = 1; n < parts.size(); ++n)
         if (!is_axial(static_cast<int>(n))) limbs += (limbs.empty() ? "" : ", ") + std::string(parts[n].name);
       return bad_use(fmt::format("--absent {}", name),
-                     fmt::format("names no part that a body may lack; these are {}", limbs));
+                     fmt::format("is not a part that a body may lack; choose from {}", limbs));
     }
     absent[static_cast<std::size_t>(label)] = true;
   }
@@ -66,7 +66,7 @@ Result<void> check_given(const AbsentParts& absent, const Landmarks& given) {
     if (absent[n] && given.contains(parts[n].joint))
       return bad_use(
           "landmarks",
-          fmt::format("{} is given, and --absent tells that {} is absent: leave one of the two out",
+          fmt::format("{} is given although --absent says that {} is missing; leave one of the two out",
                       parts[n].joint, parts[n].name));
   return {};
 }

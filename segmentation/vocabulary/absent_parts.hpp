@@ -39,7 +39,7 @@ Result<void> check_given(const AbsentParts& absent, const Landmarks& given);
 
 /// For the help of --absent.
 inline constexpr const char* absent_help =
-    "Parts that the body lacks, e.g. thigh_left,hand_right: with them all that hangs on them; nothing is "
-    "looked for there";
+    "Parts that the body lacks, e.g. thigh_left,hand_right; everything beyond them is absent too, and "
+    "nothing is searched for there";
 
 }  // namespace borelli

@@ -20,7 +20,7 @@ Result<Convention> convention(std::string_view name) {
   for (const Convention known : conventions)
     if (name == name_of(known)) return known;
   return bad_use("convention",
-                 fmt::format("there is none named '{}'; choose deleva1996, dempster or bone", name));
+                 fmt::format("unknown convention '{}'; choose deleva1996, dempster or bone", name));
 }
 
 std::string bound_of(std::string_view joint, Convention convention) {

@@ -280,7 +280,7 @@ TEST(Evaluate, NumbersThatOverflowAreNamed) {
   const ProgramRun run = run_program("evaluate " + samples + "pendulum.toml --state " + state);
   EXPECT_EQ(run.code, 1);
   EXPECT_EQ(run.out, "");
-  EXPECT_NE(run.err.find("pendulum.toml: bias[0] is no finite number at this state"), std::string::npos)
+  EXPECT_NE(run.err.find("pendulum.toml: bias[0] is not a finite number at this state"), std::string::npos)
       << run.err;
 }
 

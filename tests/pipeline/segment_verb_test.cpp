@@ -82,8 +82,7 @@ TEST(SegmentVerb, PartsByClassesAndLandmarksOfOthers) {
                                " --landmarks " + (folder / "moved.fcsv").string());
   ASSERT_EQ(run.code, 0) << run.err;
   const auto answer = nlohmann::json::parse(run.out);
-  EXPECT_NE(answer.at("warnings").dump().find("does not tell of 1 of its classes (My head)"),
-            std::string::npos);
+  EXPECT_NE(answer.at("warnings").dump().find("does not know 1 of its classes (My head)"), std::string::npos);
   const auto labels = read_labels((folder / "out/labels.nii.gz").string());
   ASSERT_TRUE(labels) << labels.error().message();
   std::size_t own = 0, all = 0;

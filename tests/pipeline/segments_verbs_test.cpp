@@ -122,7 +122,7 @@ TEST_F(SegmentsVerbs, InertiaTakesThemFromTheLabelsThatThereAre) {
   EXPECT_NE(done.out.find("arm_left"), std::string::npos);
   EXPECT_EQ(done.out.find("thigh_left"), std::string::npos);
   EXPECT_EQ(read_table(path("arm.json")).value().rows.size(), 2u);
-  expect_refused(run_program(inputs + " --segments arms"), "there is no segment 'arms'; choose from head, ");
+  expect_refused(run_program(inputs + " --segments arms"), "unknown segment 'arms'; choose from head, ");
 }
 
 TEST_F(SegmentsVerbs, UnknownOnesAreRefusedBeforeAnyWork) {

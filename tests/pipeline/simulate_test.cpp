@@ -88,7 +88,7 @@ TEST(Simulate, UntrustedRunsFailUnlessTheyAreAllowed) {
   ProgramRun run = run_program(euler);
   EXPECT_EQ(run.code, 1);
   EXPECT_TRUE(run.out.starts_with("UNTRUSTED: ")) << run.out;
-  EXPECT_NE(run.err.find("not to be trusted: the energy balance"), std::string::npos) << run.err;
+  EXPECT_NE(run.err.find("does not trust the run: the energy balance"), std::string::npos) << run.err;
   EXPECT_EQ(folder.count(), 0);
 
   run = run_program(euler + " --json");

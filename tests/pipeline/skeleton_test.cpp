@@ -371,7 +371,7 @@ TEST(Skeleton, CutPartsAreTakenWithTheReasonThatTheirRowGives) {
   InertiaRow row;
   row.part = "forearm_left";
   row.completeness = Completeness::cut;
-  row.notes = {"no wrist was found: this part contains the hand"};
+  row.notes = {"no wrist was found: this part includes the hand"};
   row.inertial.mass = 1;
   table.rows.push_back(row);
   std::vector<Warning> warnings;

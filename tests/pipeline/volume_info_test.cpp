@@ -72,7 +72,7 @@ TEST_F(VolumeInfo, BadUseIsTwoAndDamageIsOne) {
   std::fclose(f);
   const ProgramRun damaged = run_program("info " + file("damaged.nii"));
   EXPECT_EQ(damaged.code, 1);
-  EXPECT_NE(damaged.err.find("damaged.nii: is no NIfTI file"), std::string::npos) << damaged.err;
+  EXPECT_NE(damaged.err.find("damaged.nii: is not a NIfTI file"), std::string::npos) << damaged.err;
 }
 
 }  // namespace

@@ -113,7 +113,7 @@ TEST_F(OneSided, LegThatEndsAboveTheKneeIsAStump) {
   // what is not told is doubted, and the other side is as it is
   const Segmentation doubted = segmented(scan, "");
   expect_as_in_whole(doubted, "_left");
-  EXPECT_EQ(part(doubted, "thigh_left").note, "no knee was found: this part contains the shank and foot");
+  EXPECT_EQ(part(doubted, "thigh_left").note, "no knee was found: this part includes the shank and foot");
 }
 
 TEST_F(OneSided, ForearmThatEndsAboveTheWristIsAStump) {
@@ -137,7 +137,7 @@ TEST_F(OneSided, OneLegIsFoundWithoutTheOther) {
     EXPECT_FALSE(found.landmarks.contains("hip_left"));
     const Eigen::Vector3d middle = body_->landmarks.at("mid_hip").point;
     EXPECT_LT((found.landmarks.at("mid_hip").point - middle).norm(), 8) << told;
-    EXPECT_EQ(says(found, "say --absent thigh_left"), *told == '\0');
+    EXPECT_EQ(says(found, "give --absent thigh_left"), *told == '\0');
     EXPECT_EQ(part(found, "thigh_left").note, *told ? "absent as told" : "");
   }
 }
@@ -149,7 +149,7 @@ TEST_F(OneSided, OneArmIsFoundWithoutTheOther) {
     expect_as_in_whole(found, "_left");
     EXPECT_EQ(part(found, "upper_arm_left").coverage, Coverage::absent) << told;
     EXPECT_EQ(part(found, "foot_left").coverage, Coverage::whole) << told;
-    EXPECT_EQ(says(found, "say --absent upper_arm_left"), *told == '\0');
+    EXPECT_EQ(says(found, "give --absent upper_arm_left"), *told == '\0');
   }
 }
 

@@ -167,7 +167,8 @@ TEST_F(ClassFile, NumbersWithoutNamesAreReadByTheVersionThatFits) {
         EXPECT_EQ(count(*named, *read), 0U) << version << " by " << asked;
         ASSERT_EQ(read->warnings.size(), asked == own ? 0U : 1U) << version << " by " << asked;
         if (asked == own) continue;
-        for (const std::string& both : {"by the mapping " + asked, std::string("read by ") + own})
+        for (const std::string& both :
+             {"with the mapping " + asked, std::string("they were read with ") + own})
           EXPECT_NE(read->warnings[0].find(both), std::string::npos) << read->warnings[0];
       }
     const auto foreign = read_classes(bare, "", "icrp110");
@@ -232,7 +233,7 @@ TEST_F(ClassFile, NumbersThatFitNoTableAreRefused) {
     for (std::size_t n = 0; n < drawn.size(); ++n) drawn[n].number = numbers[n];
     const auto none = fitting_mapping("a.nii", "totalsegmentator", drawn, warnings);
     ASSERT_FALSE(none) << seed;
-    EXPECT_NE(none.error().message().find("no ready mapping fits"), std::string::npos)
+    EXPECT_NE(none.error().message().find("no built-in mapping fits"), std::string::npos)
         << none.error().message();
   }
   EXPECT_TRUE(warnings.empty());
@@ -285,7 +286,7 @@ TEST_F(ClassFile, AFolderOfMasksIsTheSameLabelMap) {
   EXPECT_NE(message().find("overlap: liver and moon by 100 %"), std::string::npos) << message();
   std::filesystem::rename(masks + "/moon.nii.gz", folder_ / "moon.nii.gz");
   std::filesystem::rename(masks + "/liver.nii.gz", masks + "/moon.nii.gz");
-  EXPECT_NE(message().find("does not tell of 1 of its classes (moon)"), std::string::npos) << message();
+  EXPECT_NE(message().find("does not know 1 of its classes (moon)"), std::string::npos) << message();
   // a file of many values is no mask
   std::filesystem::copy(write("2"), masks + "/all.nii.gz");
   EXPECT_NE(message().find("all.nii.gz: is no mask"), std::string::npos) << message();
@@ -312,8 +313,7 @@ TEST_F(ClassFile, DamagedNamesAreRefused) {
   put_bytes(plain, bytes);
   const auto read = read_classes(plain, "", "totalsegmentator");
   ASSERT_FALSE(read);
-  EXPECT_NE(read.error().message().find("names its labels in its header by XML that cannot be read"),
-            std::string::npos)
+  EXPECT_NE(read.error().message().find("has label names in unreadable XML in its header"), std::string::npos)
       << read.error().message();
 }
 

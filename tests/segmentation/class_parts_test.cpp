@@ -201,7 +201,7 @@ TEST(ClassParts, MirroredClassesAreTold) {
   ASSERT_TRUE(found) << found.error().message();
   EXPECT_TRUE(std::ranges::any_of(found->warnings, [](const Warning& warning) {
     return warning.severity != Severity::note &&
-           warning.text.find("left lie on the patient's right") != std::string::npos;
+           warning.text.find("left classes lie on the patient's right") != std::string::npos;
   }));
 }
 
@@ -251,9 +251,10 @@ TEST(ClassParts, IcrpMaleByItsOrgans) {
   };
   ASSERT_EQ(sentences.size(), 3u) << sentences.front();
   EXPECT_EQ(
-      count_of("upper arm left, upper arm right (nothing shows its border where it touches other parts)"), 1);
+      count_of("upper arm left, upper arm right (nothing shows its boundary where it touches other parts)"),
+      1);
   EXPECT_EQ(count_of("voxels of 8.0 mm are large"), 1);
-  EXPECT_EQ(count_of("so their outlines place them"), 1);
+  EXPECT_EQ(count_of("so the bones' outlines place them"), 1);
 
   struct Bones {
     const char* part;

@@ -299,7 +299,7 @@ TEST(Dicom, RefusesAScalingThatIsNoNumber) {
     write_series(folder, slice, 3, {0, 0, 3});
     const auto read = read_volume(folder.path());
     ASSERT_FALSE(read) << slope << intercept;
-    EXPECT_NE(read.error().message().find("rescaling is not a number"), std::string::npos)
+    EXPECT_NE(read.error().message().find("rescale slope or intercept is not a number"), std::string::npos)
         << read.error().message();
   }
   ScratchFolder folder;  // (blanks and a sign belong to numbers)
@@ -315,12 +315,12 @@ TEST(Dicom, RefusesWhatIsNoVolume) {
     return read ? std::string("was read") : read.error().message();
   };
   ScratchFolder empty, single, wide, twice, crooked, ct, cut, other, multi;
-  EXPECT_NE(refusal(empty).find("holds no DICOM images"), std::string::npos);
+  EXPECT_NE(refusal(empty).find("contains no DICOM images"), std::string::npos);
   write_series(single, {}, 1, {0, 0, 1});
   EXPECT_NE(refusal(single).find("only one slice"), std::string::npos) << refusal(single);
 
   for (const int k : {0, 1, 2, 20, 21}) write_slice(wide / shuffled_name(k), numbered({}, k, {0, 0, 3}));
-  EXPECT_NE(refusal(wide).find("misses 54 mm of body"), std::string::npos) << refusal(wide);
+  EXPECT_NE(refusal(wide).find("lacks 54 mm of the body"), std::string::npos) << refusal(wide);
 
   write_series(twice, {}, 4, {0, 0, 3});
   TestSlice again = numbered({}, 2, {0, 0, 3});
@@ -361,7 +361,7 @@ TEST(Dicom, CopiesAreTakenOnceAndPhasesParted) {
   const auto once = read_volume(copies.path());
   ASSERT_TRUE(once) << once.error().message();
   EXPECT_EQ(once->volume.grid.size[2], 4);
-  EXPECT_TRUE(says(once->warnings, "4 slices are there twice"));
+  EXPECT_TRUE(says(once->warnings, "4 slices appear twice"));
 
   for (int k = 0; k < 5; ++k)
     for (const int phase : {1, 2}) {
@@ -410,7 +410,7 @@ TEST(Dicom, RealCtOfATrunk) {
   EXPECT_LT((grid.axes - Eigen::Matrix3d(Vector3d(1.03, 1.03, 3).asDiagonal())).norm(), 1e-9);
   EXPECT_LT((grid.origin - Vector3d(-276.3671, -263.6718, 1055)).norm(), 1e-9);
   EXPECT_EQ(ct->least, padding_hu);
-  EXPECT_TRUE(says(ct->warnings, "are padding: the scan does not show"));
+  EXPECT_TRUE(says(ct->warnings, "are padding, which the scanner did not see"));
   EXPECT_EQ(ct->modality, "CT");
   EXPECT_EQ(ct->pose, "supine");
 }

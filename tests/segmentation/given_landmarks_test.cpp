@@ -43,8 +43,9 @@ TEST(GivenLandmarks, SlicerMarkupsInBothFrames) {
     EXPECT_EQ(read->landmarks.at("knee_right").point, Vector3d(sign * -90, sign * 1, 480));
     EXPECT_EQ(read->landmarks.at("hip_left").deviation, 3);
     ASSERT_EQ(read->warnings.size(), 2U);
-    EXPECT_NE(read->warnings[0].find("left aside: F-4"), std::string::npos) << read->warnings[0];
-    EXPECT_NE(read->warnings[1].find("not placed, and count for nothing: ankle_left"), std::string::npos);
+    EXPECT_NE(read->warnings[0].find("ignored points whose names are not landmarks: F-4"), std::string::npos)
+        << read->warnings[0];
+    EXPECT_NE(read->warnings[1].find("ignored points that have no position: ankle_left"), std::string::npos);
   }
 }
 
@@ -60,7 +61,7 @@ TEST(GivenLandmarks, SlicerFcsvInItsVersions) {
     ASSERT_TRUE(read) << read.error().message();
     ASSERT_EQ(read->landmarks.size(), 1U);
     EXPECT_EQ(read->landmarks.at("wrist_left").point, Vector3d(sign * 10.5, sign * -30, 400));
-    EXPECT_NE(read->warnings.at(0).find("not placed, and count for nothing: neck"), std::string::npos);
+    EXPECT_NE(read->warnings.at(0).find("ignored points that have no position: neck"), std::string::npos);
   }
   // before status was written, and with other columns
   const auto old =
@@ -81,12 +82,12 @@ TEST(GivenLandmarks, WhatIsWrongIsTold) {
   expect("p.fcsv", columns + "1,2,nan,4,neck\n", "p.fcsv:2: y is 'nan'");
   expect("p.fcsv", columns + "1,2,3,4,neck\n2,2,3,4,Neck\n", "two points for neck");
   expect("p.fcsv", columns + "1,2,3,4,nose\n", "found: 'nose'");
-  expect("p.fcsv", "", "no point");
+  expect("p.fcsv", "", "no placed point");
   std::string text = list;
   expect("p.mrk.json", text, "coordinateSystem is \"FRAME\"");
   expect("p.mrk.json", R"({"markups": [{"controlPoints": [{"label": "neck", "position": [1, 2]}]}]})",
          "point \"neck\": expected \"position\"");
-  expect("p.mrk.json", R"({"landmarks": {}})", "holds no \"markups\"");
+  expect("p.mrk.json", R"({"landmarks": {}})", "contains no \"markups\"");
   expect("p.json", R"({"markups": [{"coordinateUnits": "cm", "controlPoints": []}]})",
          "coordinateUnits is \"cm\"");
   expect("p.json", "{", "is not JSON");

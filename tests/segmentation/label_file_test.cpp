@@ -121,7 +121,7 @@ TEST(LabelFile, LayersOf3dSlicer) {
     put("d.seg.nrrd", many);
     const auto damaged = read_labels(folder / "d.seg.nrrd");
     ASSERT_FALSE(damaged);
-    EXPECT_NE(damaged.error().message().find("damaged header: 1.84e+19 voxels"), std::string::npos)
+    EXPECT_NE(damaged.error().message().find("damaged header: it states 1.84e+19 voxels"), std::string::npos)
         << damaged.error().message();
 
     // a layer that is not there
@@ -246,8 +246,8 @@ TEST(LabelFile, RefusesWhatIsNoLabelMap) {
       {"number\tname\n", "header"},
       {"label\tname\n1 liver\n", ".tsv:2: has no tab"},
       {"label\tname\n1\tliver\nx\tspleen\n", ".tsv:3: a label is a whole number"},
-      {"label\tname\n1\tliver\n1\tspleen\n", "label 1 is there twice"},
-      {"label\tname\n1\tliver\n2\tliver\n", "'liver' is there twice"},
+      {"label\tname\n1\tliver\n1\tspleen\n", "label 1 appears twice"},
+      {"label\tname\n1\tliver\n2\tliver\n", "'liver' appears twice"},
       {"label\tname\n1\t\n", "no name"},
   };
   for (const auto& [text, sentence] : tables) {

@@ -33,12 +33,12 @@ TEST(NotParted, NoPartIsWholeThatHoldsItsNeighbourNorIsThatOneAbsent) {
     if (finding.volume > 0) continue;
     ++not_parted;
     EXPECT_EQ(finding.coverage, Coverage::cut) << parts[n].name;
-    EXPECT_NE(finding.note.find("counted with the "), std::string::npos) << finding.note;
+    EXPECT_NE(finding.note.find("included in the "), std::string::npos) << finding.note;
     for (std::size_t p = 5; p < parts.size(); ++p)
       if (parts[p].name == parts[n].parent && found->part[p].volume > 0) {
         EXPECT_EQ(found->part[p].coverage, Coverage::cut) << parts[p].name;
         EXPECT_LE(found->part[p].confidence, 0.2) << parts[p].name;
-        EXPECT_TRUE(found->part[p].note.find("was found: this part contains the ") != std::string::npos)
+        EXPECT_TRUE(found->part[p].note.find("was found: this part includes the ") != std::string::npos)
             << found->part[p].note;
       }
   }

@@ -95,10 +95,10 @@ TEST(Nrrd, SpacesUnitsAndSpacings) {
   EXPECT_EQ(in_las->volume.grid.origin, Vector3d(1, -2, 3));
   EXPECT_EQ(in_metres->volume.grid.origin, Vector3d(1000, 2000, 3000));
   ASSERT_EQ(in_metres->warnings.size(), 1u);  // voxels of 2 m
-  EXPECT_NE(in_metres->warnings[0].find("is the unit right"), std::string::npos);
+  EXPECT_NE(in_metres->warnings[0].find("check the unit"), std::string::npos);
   EXPECT_EQ(unknown->volume.grid.spacing(), Vector3d(2, 2, 3));
   ASSERT_EQ(unknown->warnings.size(), 1u);
-  EXPECT_NE(unknown->warnings[0].find("nothing of the patient's orientation"), std::string::npos);
+  EXPECT_NE(unknown->warnings[0].find("does not state the patient's orientation"), std::string::npos);
 }
 
 TEST(Nrrd, DetachedVoxelsWithLinesAndBytesToSkip) {
@@ -137,27 +137,27 @@ TEST(Nrrd, RefusesDamageInOneSentence) {
     std::string from, to, sentence;
   };
   const std::vector<Case> cases{
-      {"NRRD0004", "NOPE0004", "no NRRD file"},
+      {"NRRD0004", "NOPE0004", "not a NRRD file"},
       {"type: short", "type: block", "'block'"},
-      {"dimension: 3", "dimension: 2", "do not agree"},
-      {"sizes: 2 2 1", "sizes: 2 2 0", "an axis of 0 voxels"},
-      {"sizes: 2 2 1", "sizes: 2 -2 1", "an axis of -2 voxels"},
-      {"sizes: 2 2 1", "sizes: 2 2 1e9", "an axis of 1000000000 voxels"},
+      {"dimension: 3", "dimension: 2", "disagree"},
+      {"sizes: 2 2 1", "sizes: 2 2 0", "an axis has 0 voxels"},
+      {"sizes: 2 2 1", "sizes: 2 -2 1", "an axis has -2 voxels"},
+      {"sizes: 2 2 1", "sizes: 2 2 1e9", "an axis has 1000000000 voxels"},
       {"sizes: 2 2 1", "sizes: 90000 90000 90000", "cut off"},
       {"sizes: 2 2 1", "sizes: 2 2 9", "cut off"},
       {"encoding: raw", "encoding: hex", "'hex'"},
       {"encoding: raw", "encoding: gzip", "damaged compressed data"},
       {"endian: little", "endian: odd", "byte order"},
-      {"endian: little", "endian: little\nSizes: 2 2 1", "'sizes' stands in it twice"},
+      {"endian: little", "endian: little\nSizes: 2 2 1", "'sizes' appears twice"},
       {"(0,0,3)", "(0,0)", "no vector of three numbers"},
       {"(0,0,3)", "(0,2,0)", "do not span a voxel"},
       {"(0,0,3)", "(0,0,nan)", "do not span a voxel"},
-      {"space directions", "space nonsense", "nothing of its voxels' size"},
+      {"space directions", "space nonsense", "does not state its voxel size"},
       {"space origin: (1,2,3)", "data file: slice%03d.raw 1 9 1", "more files than its 1 slices"},
-      {"encoding: raw", "encoding: ascii", "among its voxels, expected numbers of type int16"},
-      {"encoding: raw", "encoding: bzip2", "no data compressed by bzip2"},
+      {"encoding: raw", "encoding: ascii", "among its voxels; expected numbers of type int16"},
+      {"encoding: raw", "encoding: bzip2", "does not contain bzip2 data"},
       {"space origin: (1,2,3)", "data file: absent.raw", "no such file"},
-      {"space origin: (1,2,3)", "byte skip: -7", "absurd"},
+      {"space origin: (1,2,3)", "byte skip: -7", "impossible"},
       {"dimension: 3\nsizes: 2 2 1", "dimension: 4\nsizes: 3 2 2 2\nkinds: RGB-color domain domain domain",
        "colours or vectors"},
   };

@@ -110,14 +110,14 @@ TEST(Quantity, AdvisesWhatTheValuesAdmit) {
     EXPECT_TRUE(text.ends_with(end)) << text;
   };
   const auto hu = body(40, 60, -1000), grams = body(1.04f, 0.03f, 0.001f), kilograms = body(1064, 60, 0);
-  ends(advice(hu, FileQuantity::density_gcm3), "it is hu");
-  ends(advice(hu, FileQuantity::density_kgm3), "it is hu");
-  ends(advice(grams, FileQuantity::density_kgm3), "it is density_gcm3");
-  ends(advice(kilograms, FileQuantity::density_gcm3), "it is density_kgm3");
+  ends(advice(hu, FileQuantity::density_gcm3), "give hu");
+  ends(advice(hu, FileQuantity::density_kgm3), "give hu");
+  ends(advice(grams, FileQuantity::density_kgm3), "give density_gcm3");
+  ends(advice(kilograms, FileQuantity::density_gcm3), "give density_kgm3");
   // neither: nothing is advised
   std::vector<float> stretched(100, -3e6f);
   stretched[0] = 3e6f;
-  EXPECT_EQ(advice(stretched, FileQuantity::density_gcm3).find("it is"), std::string::npos);
+  EXPECT_EQ(advice(stretched, FileQuantity::density_gcm3).find("give "), std::string::npos);
 }
 
 TEST(Quantity, GramsBecomeKilogramsPerCubicMetre) {

@@ -233,7 +233,7 @@ TEST(Segment, PartThatNoBodyHasIsNotCalledWhole) {
   const PartFinding& thigh = found->part[static_cast<std::size_t>(part_label("thigh_left"))];
   EXPECT_EQ(thigh.coverage, Coverage::cut);
   EXPECT_LE(thigh.confidence, 0.1);
-  EXPECT_TRUE(thigh.note.starts_with("it is too small beside the other whole parts")) << thigh.note;
+  EXPECT_TRUE(thigh.note.starts_with("it is too small, compared with the other whole parts")) << thigh.note;
   EXPECT_EQ(found->part[static_cast<std::size_t>(part_label("thigh_right"))].coverage, Coverage::whole);
 }
 
@@ -338,7 +338,7 @@ TEST(Segment, BodyThatLiesTurnedInTheScannerIsCutAlongItsOwnAxes) {
       EXPECT_NEAR(mine[n] / exact[n], 1, small ? 0.05 : 0.03) << parts[n].name;
     }
     EXPECT_TRUE(std::ranges::any_of(found->warnings, [](const Warning& warning) {
-      return warning.text.find("lies turned by") != std::string::npos;
+      return warning.text.find("lies rotated by") != std::string::npos;
     }));
   }
 }
@@ -403,7 +403,7 @@ TEST(Segment, WhatCannotBeSegmentedIsRefusedInWords) {
   volume.at(10, 10, 10) = 1100;
   const auto raised = segment(volume);
   ASSERT_FALSE(raised);
-  EXPECT_NE(raised.error().message().find("stored with 1024 added"), std::string::npos)
+  EXPECT_NE(raised.error().message().find("subtract 1024 if it was added"), std::string::npos)
       << raised.error().message();
   volume.voxels.assign(27000, -1000);
   for (std::size_t n = 0; n < 9000; ++n) volume.voxels[n] = 0;  // slices that were filled in
@@ -431,7 +431,7 @@ TEST(Segment, WhatCannotBeSegmentedIsRefusedInWords) {
   volume.grid.axes *= 200 / volume.grid.spacing()[2];  // 30 of them are 6 m
   const auto large = segment(volume);
   ASSERT_FALSE(large);
-  EXPECT_NE(large.error().message().find("x 6 m large, and no body is"), std::string::npos)
+  EXPECT_NE(large.error().message().find("x 6 m, more than any body"), std::string::npos)
       << large.error().message();
   volume.grid.axes = axes;
   volume.voxels.clear();

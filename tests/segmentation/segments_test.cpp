@@ -35,9 +35,9 @@ TEST(Segments, EveryGroupIsOfPartsAlongOneChain) {
 TEST(Segments, WhatIsNoneIsRefusedInOneSentence) {
   const std::map<std::string, std::vector<std::string>> said{
       {"thigh", {"'thigh'", "thigh_left", "arm_right", "trunk"}},
-      {"head,,hand_left", {"there is no segment ''"}},
-      {"head,head", {"head is asked for twice"}},
-      {"leg_left,foot_left", {"leg_left", "foot_left", "one of them only"}}};
+      {"head,,hand_left", {"unknown segment ''"}},
+      {"head,head", {"head is named twice"}},
+      {"leg_left,foot_left", {"leg_left", "foot_left", "name only one of them"}}};
   for (const auto& [list, words] : said) {
     const auto choice = choose_segments(list);
     ASSERT_FALSE(choice) << list;

@@ -53,7 +53,7 @@ TEST(Verdict, StatureIsTheBodysOwn) {
 TEST(Verdict, DoubtsWhatTheDocstringSays) {
   Segmentation found = exact_body();
   found.part[label("thigh_left")].confidence = 0.49;
-  EXPECT_EQ(in_words(verdict_on(found)), "doubtful: the bounds of the thigh left are uncertain");
+  EXPECT_EQ(in_words(verdict_on(found)), "doubtful: the boundaries of the thigh left are uncertain");
 
   found = exact_body();
   found.part[label("hand_left")].volume *= 1.3;
@@ -66,16 +66,15 @@ TEST(Verdict, DoubtsWhatTheDocstringSays) {
   found = exact_body();
   found.landmarks.at("knee_left").deviation = 16;
   EXPECT_EQ(in_words(verdict_on(found)),
-            "doubtful: these joints and bounds may lie far off: knee left by 16 mm");
+            "doubtful: these joints and boundaries may lie far off: knee left by 16 mm");
   found.landmarks.at("knee_left").deviation = 15;
   EXPECT_EQ(verdict_on(found).verdict, Verdict::good);
 
   found = exact_body();
   found.part[label("head")].volume = 80.5e6;
-  EXPECT_EQ(
-      verdict_on(found).reasons.front(),
-      "the bounds of the head are uncertain: 80.5 l is impossible for a head (17 l in a man of 250 kg): "
-      "is the air around the body -1000 HU?");
+  EXPECT_EQ(verdict_on(found).reasons.front(),
+            "the boundaries of the head are uncertain: 80.5 l is impossible for a head (17 l in a man of 250 "
+            "kg): check that the air around the body is -1000 HU");
 
   // a whole thigh of 33 l, of which a man of 250 kg has 35, on a body of 1.2 m
   PhantomOptions child;

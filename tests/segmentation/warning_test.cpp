@@ -31,7 +31,7 @@ TEST(Warnings, ItemsOfOneReasonStandTogether) {
             std::vector<std::string>{"uncertain: hand left (too large), head, trunk (no neck)"});
   // one alone keeps its own text
   all.resize(1);
-  all[0].text = "the bounds of the head are uncertain: no neck";
+  all[0].text = "the boundaries of the head are uncertain: no neck";
   EXPECT_EQ(in_sentences(all), std::vector<std::string>{all[0].text});
 }
 

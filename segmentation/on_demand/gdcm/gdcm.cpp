@@ -19,7 +19,7 @@ Result<void> unpack(const DicomSlice& slice, std::span<const std::byte> stream, 
   gdcm::Trace::DebugOff(), gdcm::Trace::WarningOff(), gdcm::Trace::ErrorOff();  // no printing by the library
   const auto syntax = gdcm::TransferSyntax::GetTSType(p.packing.c_str());
   if (syntax == gdcm::TransferSyntax::TS_END)
-    return failure(slice.path, "has pixels packed in a way that is not known here (" + p.packing + ")");
+    return failure(slice.path, "has pixels in an unsupported compression (" + p.packing + ")");
 
   gdcm::Fragment fragment;
   fragment.SetByteValue(reinterpret_cast<const char*>(stream.data()),
@@ -42,16 +42,16 @@ Result<void> unpack(const DicomSlice& slice, std::span<const std::byte> stream, 
   image.SetDataElement(element);
   if (image.GetBufferLength() != to.size() || !image.GetBuffer(reinterpret_cast<char*>(to.data())))
     return failure(slice.path,
-                   "has pixels that cannot be unpacked: cut off or damaged (" + slice.packing + ")");
+                   "has pixels that cannot be decompressed: cut off or damaged (" + slice.packing + ")");
   const gdcm::PixelFormat& format = image.GetPixelFormat();
   if (format.GetBitsAllocated() != p.bits_allocated)
-    return failure(slice.path, fmt::format("unpacks to pixels of {} bits where its header promises {}",
+    return failure(slice.path, fmt::format("decompresses to pixels of {} bits, and its header promises {}",
                                            format.GetBitsAllocated(), p.bits_allocated));
   p.bits_stored = format.GetBitsStored(), p.high_bit = format.GetHighBit();
   p.is_signed = format.GetPixelRepresentation() == 1;
   return {};
 } catch (const std::exception&) {  // GDCM's text does not help a user
-  return failure(slice.path, "has pixels that cannot be unpacked: damaged (" + slice.packing + ")");
+  return failure(slice.path, "has pixels that cannot be decompressed: damaged (" + slice.packing + ")");
 }
 
 }  // namespace

@@ -39,7 +39,8 @@ Result<Volume<float>> bias_field(const Volume<float>& mr, const Mask& mask) try 
     inside->GetBufferPointer()[o] = mask.voxels[o] != 0;
     if (mask.voxels[o]) ++count;
   }
-  if (count == 0 || !(greatest > 0)) return failure("bias field", "there is no body to find it in");
+  if (count == 0 || !(greatest > 0))
+    return failure("bias field", "cannot be estimated: the volume contains no body");
 
   using Filter = itk::N4BiasFieldCorrectionImageFilter<Image, MaskImage, Image>;
   const auto filter = Filter::New();
@@ -68,7 +69,7 @@ Result<Volume<float>> bias_field(const Volume<float>& mr, const Mask& mask) try 
     field.voxels[o] = std::exp(std::clamp(log_field[o] - mean, -2.F, 2.F));
   return field;
 } catch (const itk::ExceptionObject& trouble) {
-  return failure("bias field", std::string("could not be found: ") + trouble.GetDescription());
+  return failure("bias field", std::string("cannot be estimated: ") + trouble.GetDescription());
 }
 
 }  // namespace

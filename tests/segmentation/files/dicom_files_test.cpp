@@ -50,11 +50,11 @@ TEST(DicomFiles, WhatOnlyStandsForAPictureIsLeftAsideAndSaid) {
   ASSERT_TRUE(read) << read.error().message();
   EXPECT_EQ(read->volume.grid.size[2], 5);
   ASSERT_EQ(read->warnings.size(), 3U);
-  EXPECT_NE(read->warnings[0].find("3 files (the first is datalad.dcm) point to content that is not there"),
+  EXPECT_NE(read->warnings[0].find("3 files (the first is datalad.dcm) point to content that is missing"),
             std::string::npos)
       << read->warnings[0];
-  EXPECT_EQ(read->warnings[1], "stub.dcm holds no more than the start of a DICOM file; left aside");
-  EXPECT_EQ(read->warnings[2], "._0.dcm holds metadata of macOS (._*), no image; left aside");
+  EXPECT_EQ(read->warnings[1], "stub.dcm holds only the start of a DICOM file; ignored");
+  EXPECT_EQ(read->warnings[2], "._0.dcm holds macOS metadata (._*) and no image; ignored");
 }
 
 TEST(DicomFiles, AFolderOfNothingElseNamesThem) {
@@ -63,7 +63,7 @@ TEST(DicomFiles, AFolderOfNothingElseNamesThem) {
   for (const auto& refusal : {read_volume(folder.path()).error(), read_labels(folder.path()).error()}) {
     EXPECT_EQ(refusal.kind, Error::Kind::use);
     for (const char* part :
-         {"git annex get", "git lfs pull", "stub.dcm holds no more", "._0.dcm holds metadata of macOS"})
+         {"git annex get", "git lfs pull", "stub.dcm holds no more", "._0.dcm holds macOS metadata"})
       EXPECT_NE(refusal.message().find(part), std::string::npos) << refusal.message();
   }
 }
@@ -103,11 +103,11 @@ TEST(DicomFiles, DecimalCommasAreNamed) {
   };
   EXPECT_NE(refusal([](TestSlice& s) {
               s.pixel_spacing_text = "0,75\\0,75";
-            }).find("writes numbers with commas (PixelSpacing '0,75\\0,75')"),
+            }).find("contains numbers with decimal commas (PixelSpacing '0,75\\0,75')"),
             std::string::npos);
   EXPECT_NE(refusal([](TestSlice& s) {
               s.position_text = fmt::format("-10,5\\-20,5\\{},0", 2 * s.position.z());
-            }).find("writes numbers with commas (ImagePositionPatient '-10,5\\-20,5\\0,0')"),
+            }).find("contains numbers with decimal commas (ImagePositionPatient '-10,5\\-20,5\\0,0')"),
             std::string::npos);
   EXPECT_NE(refusal([](TestSlice& s) { s.intercept_text = "-1024,0"; }).find("RescaleIntercept '-1024,0'"),
             std::string::npos);

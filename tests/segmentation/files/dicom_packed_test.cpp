@@ -66,8 +66,8 @@ TEST(DicomRle, DamagedStreamsAreRefused) {
   for (const auto& starts : std::vector<std::vector<std::uint32_t>>{
            {}, {64}, {64, 66, 67}, {0, 66}, {66, 64}, {64, 0xffffffff}, {0xffffffff, 66}, {64, 71}})
     EXPECT_NE(refusal(rle_header(starts) + "\xFEH\2abc", 2, 3), "");
-  EXPECT_NE(refusal(whole, 2, 4), "");                                                 // too few pixels
-  EXPECT_EQ(refusal(whole, 2, 2), "a segment does not hold one byte for each pixel");  // too many
+  EXPECT_NE(refusal(whole, 2, 4), "");                                            // too few pixels
+  EXPECT_EQ(refusal(whole, 2, 2), "a segment does not hold one byte per pixel");  // too many
   std::mt19937 random(5);
   for (int round = 0; round < 20000; ++round) {
     std::string bytes = whole;
@@ -158,7 +158,7 @@ TEST(DicomPacked, RleWithoutSegmentsIsRefused) {
   const auto read = read_volume(path);
   ASSERT_FALSE(read);
   EXPECT_EQ(read.error().kind, Error::Kind::failure);
-  EXPECT_NE(read.error().message().find("s0.dcm: holds damaged pixels (RLE"), std::string::npos)
+  EXPECT_NE(read.error().message().find("s0.dcm: contains damaged pixels (RLE"), std::string::npos)
       << read.error().message();
 }
 

@@ -75,7 +75,7 @@ TEST(DicomVolumes, SlicesSentTwiceUnderNewUidsAreCopies) {
   const auto read = read_volume(folder.path());
   ASSERT_TRUE(read) << read.error().message();
   EXPECT_EQ(read->volume.grid.size[2], 9);
-  EXPECT_TRUE(says(*read, "9 slices are there twice (same position, same pixels)")) << all_said(*read);
+  EXPECT_TRUE(says(*read, "9 slices appear twice (same position, same pixels)")) << all_said(*read);
 }
 
 // The same pixels under another scaling are another picture.
@@ -103,10 +103,10 @@ TEST(DicomVolumes, SlicesWithASeriesEachAreOneSeries) {
     const auto read = read_volume(folder.path());
     ASSERT_TRUE(read) << read.error().message();
     EXPECT_EQ(read->volume.grid.size[2], 12);
-    EXPECT_TRUE(says(*read, fmt::format("each of {} slices has its own series UID", 12 * times)))
+    EXPECT_TRUE(says(*read, fmt::format("each of the {} slices has its own series UID", 12 * times)))
         << all_said(*read);
-    EXPECT_FALSE(says(*read, "left aside")) << all_said(*read);
-    EXPECT_EQ(says(*read, "12 slices are there twice"), times == 2);
+    EXPECT_FALSE(says(*read, "ignored")) << all_said(*read);
+    EXPECT_EQ(says(*read, "12 slices appear twice"), times == 2);
   }
 }
 
@@ -142,7 +142,7 @@ TEST(DicomVolumes, AcquisitionsThatOverlapALittleAreJoined) {
     EXPECT_NEAR(grid.point(0, 0, grid.size[2] - 1).z(), 57 + shift, 1e-9);
     EXPECT_TRUE(says(*read, fmt::format("acquisition 1 overlaps acquisition 2 by {} mm", 6 - shift)))
         << all_said(*read);
-    EXPECT_FALSE(says(*read, "left aside")) << all_said(*read);
+    EXPECT_FALSE(says(*read, "ignored")) << all_said(*read);
     for (std::int64_t k = 0; k < grid.size[2]; ++k) {  // the larger one where both are
       const double z = grid.point(0, 0, k).z();
       if (z < 21) {
@@ -251,15 +251,15 @@ TEST(DicomVolumes, FieldsThatContradictThePositionsAreSaid) {
     slice.*field = text;
     return said_of(slice);
   };
-  EXPECT_NE(
-      with(&TestSlice::spacing_between, "4")
-          .find("the slices' positions are 2 mm apart, which was taken; SpacingBetweenSlices says 4 mm"),
-      std::string::npos);
-  EXPECT_NE(said_of({}, 5).find("SliceLocation makes it 5 mm"), std::string::npos);
-  EXPECT_NE(with(&TestSlice::thickness, "20").find("SliceThickness says 20 mm"), std::string::npos);
-  EXPECT_NE(with(&TestSlice::thickness, "0.1").find("SliceThickness says 0.1 mm"), std::string::npos);
+  EXPECT_NE(with(&TestSlice::spacing_between, "4")
+                .find("the slices' positions give a spacing of 2 mm, which was used; SpacingBetweenSlices "
+                      "gives 4 mm"),
+            std::string::npos);
+  EXPECT_NE(said_of({}, 5).find("SliceLocation gives 5 mm"), std::string::npos);
+  EXPECT_NE(with(&TestSlice::thickness, "20").find("SliceThickness gives 20 mm"), std::string::npos);
+  EXPECT_NE(with(&TestSlice::thickness, "0.1").find("SliceThickness gives 0.1 mm"), std::string::npos);
   // 3 columns at 0.75 mm
-  EXPECT_NE(with(&TestSlice::diameter, "4.5").find("PixelSpacing makes the picture 2.25 mm wide"),
+  EXPECT_NE(with(&TestSlice::diameter, "4.5").find("PixelSpacing gives a picture width of 2.25 mm"),
             std::string::npos);
 }
 

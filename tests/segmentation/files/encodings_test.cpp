@@ -93,7 +93,7 @@ TEST(TextVoxels, NamesValuesOutsideTheType) {
     EXPECT_NE(told(type, last).find("holds '" + std::string(last) + "' among its voxels"), std::string::npos)
         << told(type, last);
   EXPECT_NE(told("short", std::string(100000, '9')).find("among its voxels"), std::string::npos);
-  EXPECT_NE(told("short", "").find("is cut off: it holds 278 of 280 bytes"), std::string::npos)
+  EXPECT_NE(told("short", "").find("is cut off: it has 278 of 280 bytes"), std::string::npos)
       << told("short", "");
 }
 

@@ -114,9 +114,9 @@ void expect_refused(const Result<ScannedVolume>& read, const std::string& senten
 
 TEST(Plausibility, CtNumbersWithoutTheirRescalingAreRefusedInEveryFormat) {
   for (const std::string& format : formats) {
-    expect_refused(read(format, body().grey, [](int v) { return v + 1024; }), "if 1000 or 1024 was added",
+    expect_refused(read(format, body().grey, [](int v) { return v + 1024; }), "with 1000 or 1024 added",
                    format);
-    expect_refused(read(format, body().grey, [](int v) { return v + 1000; }), "if 1000 or 1024 was added",
+    expect_refused(read(format, body().grey, [](int v) { return v + 1000; }), "with 1000 or 1024 added",
                    format);
   }
 }
@@ -133,9 +133,9 @@ TEST(Plausibility, ValuesThatCannotBeKeptAreRefusedWhereTheyAreMany) {
   // intercept taken twice, with the noise about air; a slope of 50
   expect_refused(
       read("a.nii", body().grey, [&](int v) { return v - 1024 - static_cast<int>(random() % 50); }),
-      "is the intercept taken twice?", "twice");
-  expect_refused(read("a.nii", body().grey, [](int v) { return 1000 * v + 40000; }), "cannot hold CT numbers",
-                 "slope");
+      "check whether the intercept was applied twice", "twice");
+  expect_refused(read("a.nii", body().grey, [](int v) { return 1000 * v + 40000; }),
+                 "is not a volume of CT numbers", "slope");
   // a few are said
   const auto few = read("a.nii", body().grey, [&](int v) { return random() % 100 == 0 ? 40000 : v; });
   ASSERT_TRUE(few) << few.error().message();
@@ -148,9 +148,9 @@ TEST(Plausibility, DisplayWindowsAreRefusedInEveryFormat) {
   for (const std::string& format : formats) {
     for (const auto& [low, high] : {std::pair{-200, 300}, {-160, 240}, {-150, 250}, {-450, 1050}})
       expect_refused(read(format, body().grey, [&](int v) { return std::clamp(v, low, high); }),
-                     "values below it were cut off (a display window", format);
+                     "lower values were cut off (by a display window", format);
     expect_refused(read(format, body().grey, [](int v) { return std::clamp((v + 200) * 255 / 500, 0, 255); }),
-                   "a picture of 8 bits", format);
+                   "an 8-bit picture", format);
     const auto told = read(format, body().grey, [](int v) { return std::min(v, 300); });
     ASSERT_TRUE(told) << told.error().message();
     ASSERT_FALSE(told->warnings.empty()) << format;
@@ -210,21 +210,22 @@ TEST(Plausibility, SizesOfVoxelsAndBodiesAreDoubted) {
   grid.axes *= 10;  // 5 m
   EXPECT_NE(doubt_of_size(grid).find("are 5 m"), std::string::npos) << doubt_of_size(grid);
   grid.axes *= 10;
-  EXPECT_NE(doubt_of_size(grid).find("is the unit right?"), std::string::npos);
+  EXPECT_NE(doubt_of_size(grid).find("check the unit"), std::string::npos);
   grid.axes *= 1e-6;
-  EXPECT_NE(doubt_of_size(grid).find("is the unit right?"), std::string::npos);
+  EXPECT_NE(doubt_of_size(grid).find("check the unit"), std::string::npos);
 
   EXPECT_EQ(doubt_of_body(0.0757, 75.8), "");
   EXPECT_EQ(doubt_of_body(0.0757), "");
   EXPECT_EQ(doubt_of_body(0.0031, 3.2), "");  // a newborn
-  EXPECT_NE(doubt_of_body(0.0012, 1.2).find("has 1.2 kg, impossible for a whole person"), std::string::npos);
+  EXPECT_NE(doubt_of_body(0.0012, 1.2).find("has 1.2 kg, which is impossible for a whole person"),
+            std::string::npos);
   EXPECT_NE(doubt_of_body(0.23, 225).find("has 225 kg, more than nearly anyone"), std::string::npos);
-  EXPECT_NE(doubt_of_body(0.47, 469, false).find("has 469 kg, impossible"), std::string::npos);
+  EXPECT_NE(doubt_of_body(0.47, 469, false).find("has 469 kg, which is impossible"), std::string::npos);
   EXPECT_EQ(doubt_of_body(0.0012, 1.2, false), "");  // a hand
   EXPECT_EQ(doubt_of_part("thigh_left", 0.02), "");
-  EXPECT_NE(doubt_of_part("thigh_left", 0.17).find("holds 170 l"), std::string::npos);
+  EXPECT_NE(doubt_of_part("thigh_left", 0.17).find("is 170 l large"), std::string::npos);
   EXPECT_EQ(doubt_of_part("tumour", 0.17), "");
-  EXPECT_NE(doubt_of_body(0.7).find("has 700 l, impossible for a whole person"), std::string::npos);
+  EXPECT_NE(doubt_of_body(0.7).find("has 700 l, which is impossible for a whole person"), std::string::npos);
   EXPECT_NE(doubt_of_body(0.0757, 118.6).find("has 1.57 kg/l"), std::string::npos);
 }
 
@@ -240,7 +241,7 @@ TEST(Plausibility, LabelsOfVoxelsThatNoScanHasAreDoubted) {
   const auto back = read_labels(folder / "l.nrrd");
   ASSERT_TRUE(back) << back.error().message();
   ASSERT_EQ(back->warnings.size(), 1u);
-  EXPECT_NE(back->warnings[0].find("is the unit right?"), std::string::npos);
+  EXPECT_NE(back->warnings[0].find("check the unit"), std::string::npos);
 }
 
 }  // namespace

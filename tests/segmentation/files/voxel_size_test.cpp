@@ -70,7 +70,7 @@ TEST(VoxelSize, NiftisMajorityIsTakenAndSaid) {
     ASSERT_TRUE(scan) << scan.error().message();
     EXPECT_LT((scan->volume.grid.spacing() - right).norm(), 1e-6) << c.sform.transpose();
     EXPECT_TRUE(tells(scan->warnings, "different voxel sizes (sform"));
-    EXPECT_TRUE(tells(scan->warnings, "0.75 x 0.75 x 3 was taken"));
+    EXPECT_TRUE(tells(scan->warnings, "0.75 x 0.75 x 3 was used"));
   }
   const auto tie = nifti(thick, right, false);
   ASSERT_FALSE(tie);
@@ -112,7 +112,7 @@ TEST(VoxelSize, NrrdsDirectionsSpacingsAndThicknesses) {
     const auto scan = nrrd(sizes);
     ASSERT_TRUE(scan) << scan.error().message();
     EXPECT_EQ(scan->volume.grid.spacing(), Vector3d(2, 2, 3)) << sizes;
-    EXPECT_TRUE(tells(scan->warnings, "2 x 2 x 3 was taken")) << sizes;
+    EXPECT_TRUE(tells(scan->warnings, "2 x 2 x 3 was used")) << sizes;
   }
   const auto tie = nrrd(directions("4") + "spacings: 2 2 3\n");
   ASSERT_FALSE(tie);
@@ -145,7 +145,7 @@ TEST(VoxelSize, MetaImagesSpacingSizeAndMatrix) {
     ASSERT_TRUE(scan) << scan.error().message();
     EXPECT_LT((scan->volume.grid.spacing() - Vector3d(2, 2, 3)).norm(), 1e-12) << c.sizes;
     EXPECT_EQ(scan->volume.grid.point({1, 0, 0}), Vector3d(0, 2, 0));
-    EXPECT_EQ(tells(scan->warnings, "2 x 2 x 3 was taken"), c.told) << c.sizes;
+    EXPECT_EQ(tells(scan->warnings, "2 x 2 x 3 was used"), c.told) << c.sizes;
   }
   const auto tie = metaimage("ElementSpacing = 2 2 4\n" + scaled);
   ASSERT_FALSE(tie);

@@ -53,11 +53,11 @@ std::string refusal(const std::string& bytes) {
 TEST(Forest, RefusesDamagedFilesInOneSentence) {
   const std::string whole = forest_file("/tests/segmentation/files/forest.bin");
   ASSERT_EQ(refusal(whole), "");
-  EXPECT_EQ(refusal(""), "model: is no forest: it does not begin with 'borelli-forest'");
+  EXPECT_EQ(refusal(""), "model: is not a forest: it does not begin with 'borelli-forest'");
   std::string other = whole;
   other[other.find('1')] = '2';
   EXPECT_EQ(refusal(other),
-            "model: is a forest of another version than 1: train it anew with this program's script");
+            "model: is a forest of another version than 1; train it again with this program's script");
   EXPECT_NE(refusal(whole.substr(0, whole.size() / 2)), "");
   EXPECT_NE(refusal(whole + "x"), "");
   EXPECT_NE(refusal(whole.substr(0, 20)), "");
