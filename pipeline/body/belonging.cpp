@@ -72,8 +72,8 @@ std::string in_words(const LabelsInAir& air, const LabelMap& labels) {
   for (const std::size_t label : worst_first)
     which.push_back(fmt::format("{} {:.0f} %", name_of_label(labels, label), 100 * air.share[label]));
   return fmt::format(
-      "the labels do not fit the scan: {:.1f} % of what they mark is air outside the body ({}), and {:.0f} % "
-      "of the body in view has no label; are they of this scan, and neither moved nor turned?",
+      "the labels do not fit the scan: {:.1f} % of their voxels are air outside the body ({}), and {:.0f} % "
+      "of the visible body has no label; check that they belong to this scan and were not moved or turned",
       100 * air.all, name_list(which, 4), 100 * air.bare);
 }
 
@@ -112,10 +112,12 @@ Result<std::string> compare_volumes(const std::array<PartFinding, parts.size()>&
   }
   if (differ.empty()) return "";
   if (2 * differ.size() > compared)
-    return bad_use("findings", fmt::format("they are of another segmentation than the labels: {} of {} parts "
-                                           "have another volume ({})",
-                                           differ.size(), compared, name_list(differ, 4)));
-  return fmt::format("the labels are not as the findings tell, which count all the same: {}",
+    return bad_use(
+        "findings",
+        fmt::format(
+            "they belong to another segmentation than the labels: {} of {} parts have another volume ({})",
+            differ.size(), compared, name_list(differ, 4)));
+  return fmt::format("the labels differ from the findings, which were used all the same: {}",
                      name_list(differ, 4));
 }
 
@@ -148,7 +150,7 @@ std::string compare_sides(const LabelMap& labels) {
     if (*left < *right) exchanged.push_back(fmt::format("{} lies to the right of {}", one, other));
   }
   if (exchanged.empty() || exchanged.size() < compared) return "";
-  return fmt::format("left and right are exchanged, or the header is mirrored or turned by half a turn: {}",
+  return fmt::format("left and right are swapped, or the header is mirrored or turned by 180 degrees: {}",
                      name_list(exchanged, 4));
 }
 
@@ -165,14 +167,13 @@ Result<std::string> compare_centres(const InertiaTable& table, const Landmarks& 
     ++compared;
     const double away = (1e-3 * joint->second.point - row.inertial.centre).norm();
     if (away > reach * numbers->length)
-      apart.push_back(fmt::format("{:.2f} m from {} to {}'s", away, part->joint, part->name));
+      apart.push_back(fmt::format("{:.2f} m from {} to the centre of {}", away, part->joint, part->name));
   }
   if (apart.empty()) return "";
-  const std::string where =
-      fmt::format("of {} of {} parts the gravity centre does not lie near the joint ({})", apart.size(),
-                  compared, name_list(apart, 4));
+  const std::string where = fmt::format("for {} of {} parts the gravity centre is far from the joint ({})",
+                                        apart.size(), compared, name_list(apart, 4));
   if (3 * apart.size() > compared)
-    return bad_use("landmarks", "they are of another body or another pose than the table: " + where);
+    return bad_use("landmarks", "they belong to another body or pose than the table: " + where);
   return where;
 }
 
@@ -219,7 +220,7 @@ Result<std::string> compare_joints(const Landmarks& landmarks, const LabelMap& l
       fmt::format("{} of {} joint centres do not lie where the labels of their two parts meet ({})",
                   elsewhere.size(), compared, name_list(elsewhere, 4));
   if (2 * elsewhere.size() > compared && elsewhere.size() > 1)
-    return bad_use("landmarks", "they are of another body or another pose than the labels: " + where);
+    return bad_use("landmarks", "they belong to another body or pose than the labels: " + where);
   return where;
 }
 

@@ -187,19 +187,19 @@ ClassFit class_fit(const GreyVolume& volume, const ClassLabels& classes, int thr
 
 std::string in_words(const ClassFit& fit) {
   if (fit.fits()) return "";
-  std::string cause = "no place near fits better: they are of another scan or body";
+  std::string cause = "no nearby position fits better, so they belong to another scan or body";
   if (std::max(fit.moved, fit.reversed) > fit.agreement + better)
     cause = fit.reversed > fit.moved
                 ? fmt::format(
-                      "with the label map's axis {} reversed it would be {:.0f} %: is it mirrored or "
-                      "turned over?",
+                      "with the label map's axis {} reversed it would be {:.0f} %; check whether it is "
+                      "mirrored or upside down",
                       "ijk"[fit.axis], 100 * fit.reversed)
                 : fmt::format(
-                      "moved by {:.0f}, {:.0f}, {:.0f} mm to the left, back and up it would be {:.0f} %: "
-                      "are its origin and spacing those of the scan?",
+                      "moved by {:.0f}, {:.0f}, {:.0f} mm to the left, back and up it would be {:.0f} %; "
+                      "check that its origin and spacing are the scan's",
                       fit.shift[0], fit.shift[1], fit.shift[2], 100 * fit.moved);
   return fmt::format(
-      "the labels do not fit the scan: {:.0f} % of their bone, lung and flesh show as such; {}",
+      "the labels do not fit the scan: the scan confirms {:.0f} % of their bone, lung and flesh; {}",
       100 * fit.agreement, cause);
 }
 

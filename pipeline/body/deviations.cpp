@@ -402,11 +402,13 @@ void Deviations::vary_landmarks() {
     const bool of_trunk = row.part == "head" || row.part.ends_with("trunk");
     if (discs && of_trunk) continue;
     if (discs)
-      row.notes.push_back("deviations take the joints' surfaces for exact");
+      row.notes.push_back("standard deviations leave out errors of the joints' surfaces");
     else if (!in_.landmarks.empty())
-      row.notes.push_back("deviations take the cuts for exact: no planes of ours made them");
+      row.notes.push_back(
+          "standard deviations leave out errors of the cuts, which are not this program's planes");
     else if (part_label(row.part) > 0)
-      row.notes.push_back("deviations take the cuts for exact: no landmarks were given");
+      row.notes.push_back(
+          "standard deviations leave out errors of the cuts, because no landmarks were given");
   }
   std::optional<Recut> recut;
   if (planes) {

@@ -94,13 +94,13 @@ Laid lay(std::string_view segment, Seen& seen) {
 std::string lay_isb_frame(SegmentFrame& frame, std::string_view part, const Landmarks& landmarks) {
   if (frame.segment == "head" || frame.segment == "middle_trunk" || frame.segment == "hand" ||
       frame.segment == "trunk" || frame.segment == "arm" || frame.segment == "leg") {
-    frame.axes += " (none of the ISB's for this segment)";
+    frame.axes += " (the ISB defines none for this segment)";
     return "";
   }
   Seen seen(landmarks, part);
   const Laid laid = lay(frame.segment, seen);
   if (!seen.missing.empty()) {
-    frame.axes += fmt::format(" (not the ISB's, for want of {})", seen.missing);
+    frame.axes += fmt::format(" (not the ISB's, because {} is missing)", seen.missing);
     return seen.missing;
   }
   const Vector3d Y = laid.Y.normalized(), X = (laid.X - laid.X.dot(Y) * Y).normalized();

@@ -37,10 +37,11 @@ JointAxes joint_axes(std::string_view joint) {
 
 Warning outside_range(std::string_view joint, std::string_view motion, double angle, const Range& usual) {
   constexpr double degree = std::numbers::pi / 180;
-  return joined_warning(WarningKind::range, Severity::note,
-                        "in the scan these joints lie outside their usual ranges, which are widened to that",
-                        fmt::format("{} {} {:.1f} degrees ({:.0f} to {:.0f})", joint, motion, angle / degree,
-                                    usual.lower / degree, usual.upper / degree));
+  return joined_warning(
+      WarningKind::range, Severity::note,
+      "in the scan these joints lie outside their usual ranges, which were widened accordingly",
+      fmt::format("{} {} {:.1f} degrees ({:.0f} to {:.0f})", joint, motion, angle / degree,
+                  usual.lower / degree, usual.upper / degree));
 }
 
 std::array<Range, 3> ranges_with_start(const JointAxes& joint, const Eigen::Vector3d& start,

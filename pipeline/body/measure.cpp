@@ -36,27 +36,26 @@ bool agree(const Grid& a, const Grid& b) {
 
 Result<void> check(const GreyVolume& volume, const LabelMap& labels, const MeasureOptions& options) {
   if (!options.sex.empty() && options.sex != "male" && options.sex != "female")
-    return bad_use("sex", fmt::format("'{}' is not known: male or female expected", printable(options.sex)));
+    return bad_use("sex", fmt::format("'{}' is unknown; expected male or female", printable(options.sex)));
   if (!agree(volume.grid, labels.grid))
-    return bad_use(
-        "labels",
-        fmt::format("they must lie on the volume's grid of {} x {} x {} voxels, but have {} x {} x {}, "
-                    "or other axes or another origin",
-                    volume.grid.size[0], volume.grid.size[1], volume.grid.size[2], labels.grid.size[0],
-                    labels.grid.size[1], labels.grid.size[2]));
+    return bad_use("labels", fmt::format("they must lie on the volume's grid of {} x {} x {} voxels, but "
+                                         "have {} x {} x {}, other axes or another origin",
+                                         volume.grid.size[0], volume.grid.size[1], volume.grid.size[2],
+                                         labels.grid.size[0], labels.grid.size[1], labels.grid.size[2]));
   if (!options.density_curve.empty() && volume.quantity != Quantity::hu)
     return bad_use("density curve " + options.density_curve,
-                   "is from CT numbers, and the volume holds densities: leave it out");
+                   "applies to CT numbers, and the volume contains densities; leave it out");
   // bytes per voxel: labels grown over the skin, labels that the deviations vary, border marks
-  return admit_memory("inertia table", "weighing the parts", 4.0 * static_cast<double>(volume.grid.count()));
+  return admit_memory("inertia table", "measuring the parts", 4.0 * static_cast<double>(volume.grid.count()));
 }
 
 std::string in_words(Sampling sampling, double mixed, bool told) {
   const std::string share =
-      told ? "as asked" : fmt::format("{:.0f} % of the voxels beside the skin are mixed", 100 * mixed);
+      told ? "as requested" : fmt::format("{:.0f} % of the voxels beside the skin are mixed", 100 * mixed);
   return sampling == Sampling::points
-             ? fmt::format("points ({}): labelled voxels only, second moments as summed", share)
-             : fmt::format("averages ({}): the skin's mixed voxels counted, h^2/12 subtracted", share);
+             ? fmt::format("points ({}): labelled voxels only, second moments without correction", share)
+             : fmt::format("averages ({}): with the skin's mixed voxels, second moments reduced by h^2/12",
+                           share);
 }
 
 struct Weighed {
@@ -102,7 +101,7 @@ Completeness judge(InertiaRow& row, const PartCompleteness& completeness, const 
     return told->second.held;
   }
   const bool reaches = cut();
-  if (reaches) row.notes.push_back("reaches the scan's edge");
+  if (reaches) row.notes.push_back("reaches the edge of the scan");
   if (!doubt.empty()) row.notes.push_back(doubt);
   return reaches ? Completeness::cut : Completeness::whole;
 }
@@ -126,7 +125,7 @@ void doubt_what_is_air(const LabelsInAir& air, const LabelMap& labels, PartCompl
     PartHeld& part = completeness.try_emplace(name_of_label(labels, label), not_told).first->second;
     part.doubt = fmt::format("{:.0f} % of its label is air outside the body", 100 * air.share[label]);
     if (std::ranges::find(air.wrong, label) != air.wrong.end()) {
-      part.doubt += ": not this part of this body";
+      part.doubt += ": this is not the part of this body";
       part.held = Completeness::cut;
     }
   }
@@ -164,7 +163,7 @@ Result<InertiaTable> measure(const GreyVolume& volume, LabelMap labels, const La
     if (row.frame) {
       if (options.frames == "isb")
         if (const auto missing = lay_isb_frame(*row.frame, row.part, landmarks); !missing.empty())
-          row.notes.push_back("no frame after the ISB, for want of " + missing);
+          row.notes.push_back("no ISB frame, because a landmark is missing: " + missing);
       const std::string told = row.notes.empty() ? "" : row.notes.front();
       for (auto& note : endpoint_notes(*row.frame, row.part, landmarks, told)) row.notes.push_back(note);
     }
@@ -190,7 +189,7 @@ Result<InertiaTable> measure(const GreyVolume& volume, LabelMap labels, const La
   if (table.whole.completeness == Completeness::absent) return failure("labels", "no voxel is labelled");
   const auto there = [](const InertiaRow& row) { return row.completeness != Completeness::absent; };
   if (std::ranges::none_of(table.rows, there))
-    return failure("--segments " + table.source.segments, "none of them is in the scan");
+    return failure("--segments " + table.source.segments, "none of these segments is in the scan");
   const bool whole = table.whole.completeness == Completeness::whole;
   if (auto doubt = doubt_of_body(table.whole.volume, table.whole.inertial.mass, whole); !doubt.empty()) {
     table.whole.notes.push_back(doubt);

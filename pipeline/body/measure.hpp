@@ -61,7 +61,7 @@ void doubt_what_is_air(const LabelsInAir& air, const LabelMap& labels, PartCompl
 
 /// Warning if --frames isb was given and no segment has the landmarks of an ISB frame.
 inline constexpr std::string_view no_isb_frames =
-    "no segment has a frame after the ISB, for want of landmarks: frames are by the joints";
+    "no segment has the landmarks of an ISB frame, so all frames follow the joint centres";
 
 /// One row for each name of the label map except "outside" (absent if it has no voxel), or for each segment
 /// asked for (segment_rows.hpp), and one row for the whole body. The two grids must agree to a hundredth of a

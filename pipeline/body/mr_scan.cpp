@@ -15,8 +15,8 @@ Result<Segmentation> segment_mr(const MrReading& reading, const SegmentOptions& 
     found.labels = reading.tissues;
     found.warnings.push_back(
         {WarningKind::body, Severity::fault,
-         "MR alone tells no part: the labels are the body's tissues. Parts come from a label map (--labels "
-         "with --label-mapping) or from joints placed by hand (--landmarks)"});
+         "MR alone does not show the parts, so the labels are the body's tissues; for parts give a label map "
+         "(--labels with --label-mapping) or joints placed by hand (--landmarks)"});
   }
   add_warnings(found.warnings, WarningKind::scan, Severity::note, reading.warnings);
   return found;

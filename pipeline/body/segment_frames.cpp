@@ -117,7 +117,7 @@ void lay_foot(SegmentFrame& frame, const Vector3d& X, const Points& points) {
   const Vector3d Y = square_to(top && back ? Vector3d(*top - *back) : points.up(), X);
   frame.R_WA = axes_of(X, Y);
   frame.axes = top ? "X from heel to toe, Y up to the ankle"
-                   : "X from heel to toe, Y the trunk's up for want of an ankle";
+                   : "X from heel to toe, Y the trunk's up because the ankle is missing";
 }
 
 void lay_limb(SegmentFrame& frame, const Vector3d& Y, const Points& points, const SegmentPlan& plan) {
@@ -130,7 +130,8 @@ void lay_limb(SegmentFrame& frame, const Vector3d& Y, const Points& points, cons
                      : fmt::format("Y along the joint centres, Z along the {}'s epicondyles", line);
     break;
   }
-  if (!right) frame.axes = "Y along the joint centres, Z the trunk's right for want of epicondyles";
+  if (!right)
+    frame.axes = "Y along the joint centres, Z the trunk's right because the epicondyles are missing";
   const Vector3d X = Y.cross(right.value_or(points.right())).normalized();
   frame.R_WA = axes_of(X, Y);
 }
@@ -208,7 +209,7 @@ std::vector<std::string> endpoint_notes(const SegmentFrame& frame, std::string_v
       const auto it = landmarks.find(name);
       if (it != landmarks.end() && it->second.source.find("proportion") != std::string::npos &&
           told.find(name + " placed by proportion") == std::string_view::npos)
-        notes.push_back(fmt::format("{} is not seen but placed by proportion", end.name));
+        notes.push_back(fmt::format("{} is not visible; it was placed by proportion", end.name));
     }
     break;
   }

@@ -32,7 +32,7 @@
 namespace borelli {
 
 /// SegmentFrame::axes of a part of the trunk when the patient's axes replace the trunk's.
-inline constexpr std::string_view patients_axes = "the patient's, for want of the neck or a hip";
+inline constexpr std::string_view patients_axes = "the patient's, because the neck or a hip is missing";
 
 /// Frame of a part (as in parts.hpp) or of a group of parts; points in metres. Empty if the points of its Y
 /// axis (foot: X axis) are missing; for the trunk, if both the points of its axes and an endpoint are

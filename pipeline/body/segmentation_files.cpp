@@ -104,7 +104,7 @@ Result<std::string> read_convention(const fs::path& path) {
   if (!account) return tl::unexpected(account.error());
   if (!account->contains("convention")) return std::string();
   const json& convention = (*account)["convention"];
-  if (!convention.is_string()) return failure(path.string(), "\"convention\" must be text");
+  if (!convention.is_string()) return failure(path.string(), "\"convention\" must be a text");
   return convention.get<std::string>();
 }
 
@@ -136,7 +136,7 @@ Result<AbsentParts> read_absent(const fs::path& path) {
   if (!account) return tl::unexpected(account.error());
   const auto absent = account->find("absent");
   if (absent == account->end()) return AbsentParts{};
-  if (!absent->is_string()) return failure(path.string(), "\"absent\" must be text");
+  if (!absent->is_string()) return failure(path.string(), "\"absent\" must be a text");
   return parse_absent(absent->get<std::string>());
 }
 
@@ -148,14 +148,14 @@ Result<std::array<PartFinding, parts.size()>> read_findings(const fs::path& path
   if (!parsed->is_object() || !parsed->contains("parts") || !(*parsed)["parts"].is_object())
     return bad_use(
         path.string(),
-        "is no account of a segmentation: expected segmentation.json as `borelli segment` leaves it");
+        "is not a record of a segmentation; expected segmentation.json as `borelli segment` writes it");
   std::array<PartFinding, parts.size()> findings{};
   for (const auto& [name, entry] : (*parsed)["parts"].items()) {
     const std::string where = path.string() + ": " + name;
     const int label = part_label(name);
     if (label == 0) return failure(path.string(), "names an unknown part: " + name);
     if (!entry.is_object() || !entry.contains("coverage"))
-      return failure(where, "has no \"coverage\": expected absent, cut or whole");
+      return failure(where, "has no \"coverage\"; expected absent, cut or whole");
     const json kinds{{"coverage", ""}, {"volume_mm3", 0}, {"confidence", 0}, {"note", ""}};
     if (auto fine = check_kinds(entry, kinds, where); !fine) return tl::unexpected(fine.error());
     PartFinding& finding = findings[static_cast<std::size_t>(label)];
@@ -165,7 +165,7 @@ Result<std::array<PartFinding, parts.size()>> read_findings(const fs::path& path
       if (coverage == name_of(c)) finding.coverage = c, known = true;
     if (!known)
       return failure(path.string(),
-                     name + ": coverage is \"" + coverage + "\": expected absent, cut or whole");
+                     name + ": coverage is \"" + coverage + "\"; expected absent, cut or whole");
     finding.volume = entry.value("volume_mm3", 0.0);
     finding.confidence = entry.value("confidence", 0.0);
     finding.note = entry.value("note", "");

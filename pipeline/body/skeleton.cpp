@@ -191,7 +191,8 @@ std::vector<Switch> Builder::hinge(const Part& part, const Vector3d& offset) {
   const double sign = kind == "knee" ? 1 : -1;
   auto axis = hinge_axis(part, sign);
   if (!axis) {
-    warn(fmt::format("{}: no epicondyles, so the hinge lies along the patient's left-right axis", name));
+    warn(fmt::format("{}: no epicondyles were found, so the hinge follows the patient's left-right axis",
+                     name));
     axis = Vector3d(sign * axes_.col(0));
   }
   // the part's frame has the patient's axes in the scan's pose; the coordinate is the anatomical flexion,
@@ -215,7 +216,7 @@ std::vector<Switch> Builder::hinge(const Part& part, const Vector3d& offset) {
 std::vector<Switch> Builder::joint(const Part& part) {
   if (is_root(part)) {
     if (!part.parent.empty())
-      warn(fmt::format("{}: its {} is missing, so it is free in space", part.name, part.parent));
+      warn(fmt::format("{}: its {} is missing, so it moves freely in space", part.name, part.parent));
     return free_in_space(part);
   }
   const Part& parent = *std::ranges::find(tree_, part.parent, &Part::name);
@@ -223,7 +224,7 @@ std::vector<Switch> Builder::joint(const Part& part) {
   Switch to_joint{.kind = Fixed{{Eigen::Matrix3d::Identity(), offset}}, .coordinate = ""};
   const std::string name(part.joint), kind = without_side(name);
   if (!point(name)) {
-    warn(fmt::format("{}: no joint centre found, so {} is welded to {}", name, part.name, part.parent));
+    warn(fmt::format("{}: no joint centre was found, so {} is welded to {}", name, part.name, part.parent));
     return {to_joint};
   }
   if (kind == "knee" || kind == "elbow") return hinge(part, offset);
@@ -242,7 +243,7 @@ std::vector<Switch> Builder::ball(const Part& part, const Part& parent, const Ve
   };
   const auto before = frame(parent), after = frame(part);
   if (!before || !after) {
-    warn(fmt::format("{}: the landmarks of {} do not give its axes, so the joint has no ranges", name,
+    warn(fmt::format("{}: the landmarks of {} do not define its axes, so the joint has no ranges", name,
                      before ? part.name : parent.name));
     return {{.kind = Fixed{{Eigen::Matrix3d::Identity(), offset}}, .coordinate = ""},
             {.kind = Ball{}, .coordinate = name}};
@@ -334,18 +335,17 @@ Result<Skeleton> Builder::build() {
   Scene& scene = result_.scene;
   scene.name = options_.name;
   scene.description =
-      "A body made from a scan: the patient's left, back and up are x, y and z. It leaps, turns over "
-      "backwards and\n"
-      "comes down; there is no contact. Each passive joint springs towards a tuck, and away from "
-      "the\nends of its ranges.";
+      "A body made from a scan: x, y and z are the patient's left, back and up. It leaps, somersaults "
+      "backwards and\nlands; there is no contact. Springs pull each passive joint towards a tuck, and away "
+      "from the\nends of its ranges.";
   for (const std::string& part : options_.absent)
     scene.description += (&part == &options_.absent.front() ? "\nAbsent as told: " : ", ") + part +
                          (&part == &options_.absent.back() ? "." : "");
   for (const auto& [name, inertial] : present_) {
-    if (!is_segment(name)) return bad_use(name, "is no part of the body");
+    if (!is_segment(name)) return bad_use(name, "is not a part of the body");
     whole_ += inertial;
   }
-  if (present_.empty()) return failure("skeleton", "no part was found, so there is nothing to move");
+  if (present_.empty()) return failure("skeleton", "no part was found, so nothing can move");
 
   for (const Part& part : tree_) {
     Solid solid;
@@ -368,8 +368,8 @@ PartInertials movable_parts(const InertiaTable& table, std::vector<Warning>& war
   for (const InertiaRow& row : table.rows) {
     if (row.completeness == Completeness::absent || row.inertial.mass <= 0) continue;
     if (!is_segment(row.part)) {
-      warnings.push_back({WarningKind::part, Severity::note,
-                          row.part + " is no part of the skeleton's tree and does not move"});
+      warnings.push_back(
+          {WarningKind::part, Severity::note, row.part + " is not in the skeleton's tree and does not move"});
       continue;
     }
     if (!row.flaw.empty()) {
@@ -381,8 +381,8 @@ PartInertials movable_parts(const InertiaTable& table, std::vector<Warning>& war
     if (row.completeness == Completeness::cut &&
         !(!row.notes.empty() && row.notes.front().starts_with(stump_note)))
       warnings.push_back(joined_warning(WarningKind::part, Severity::note,
-                                        "the scene moves what the labels hold of these cut parts", row.part,
-                                        row.notes.empty() ? "" : row.notes.front()));
+                                        "the scene moves only the labelled piece of these cut parts",
+                                        row.part, row.notes.empty() ? "" : row.notes.front()));
     present[row.part] = row.inertial;
   }
   return present;

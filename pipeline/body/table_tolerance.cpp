@@ -126,15 +126,15 @@ Result<Segmentation> segment_within(const GreyVolume& volume, double tolerance, 
     if (hopeless) n = steps.size() - 2;
     before = hopeless ? GridTable{} : std::move(now);
   }
-  return failure("segmentation", "there is no grid to try");
+  return failure("segmentation", "no grid could be tried");
 }
 
 std::string in_words(const GridPick& pick) {
   const bool jumps = largest_of(pick.errors) > pick.tolerance;
   if (pick.against == 0 && !jumps)
     return fmt::format(
-        "grid of {:.3g} mm, the finest: coarser ones find no parts to compare with, so that it "
-        "is not known whether it gives {}",
+        "grid of {:.3g} mm, the finest: coarser grids find no parts to compare with, so it is unknown "
+        "whether it reaches {}",
         pick.step, percent(pick.tolerance));
   EntryErrors worst{};
   std::array<std::string, 3> whose;
@@ -150,17 +150,16 @@ std::string in_words(const GridPick& pick) {
       fmt::format("masses {} ({}), gravity centres {} ({}), principal moments {} ({})", percent(worst.mass),
                   whose[0], percent(worst.centre), whose[1], percent(worst.moments), whose[2]);
   if (pick.met)
-    return fmt::format("grid of {:.3g} mm for {}: by what it differs from {:.3g} mm it is off by at most {}",
+    return fmt::format("grid of {:.3g} mm for {}: compared with {:.3g} mm, its largest errors are {}",
                        pick.step, percent(pick.tolerance), pick.against, off);
   if (pick.against == 0)
     return fmt::format(
-        "{} is more than finding the parts gives in this scan: from one grid to another its landmarks may "
-        "move "
-        "by as much as changes {}; the finest grid, {:.3g} mm, was used",
+        "finding the parts in this scan does not reach {}: between grids the landmarks may move enough to "
+        "change {}; the finest grid, {:.3g} mm, was used",
         percent(pick.tolerance), off, pick.step);
   return fmt::format(
-      "{} is more than finding the parts gives in this scan: by what grids of {:.3g} and {:.3g} mm differ, "
-      "the finer one, which was used, is off by up to {}",
+      "finding the parts in this scan does not reach {}: judged by the difference between grids of {:.3g} "
+      "and {:.3g} mm, the finer one, which was used, has errors of up to {}",
       percent(pick.tolerance), pick.against, pick.step, off);
 }
 
@@ -202,8 +201,8 @@ std::string beyond_the_voxels(const InertiaTable& table, double tolerance) {
   }
   if (count == 0) return "";
   return fmt::format(
-      "{} is less than this scan's voxels can give: by their size, noise and mixed values alone {} "
-      "of the table's entries have a larger standard deviation, {} of {}",
+      "{} is below what this scan's voxels allow: their size, noise and mixed values alone give {} of the "
+      "table's entries a larger standard deviation, {} for {}",
       percent(tolerance), count, percent(worst), where);
 }
 
@@ -215,8 +214,8 @@ Result<double> parse_tolerance(std::string text, double low, double high) {
   const auto read = std::from_chars(number.data(), number.data() + number.size(), value);
   if (in_percent) value /= 100;
   if (read.ec != std::errc() || read.ptr != number.data() + number.size() || !(value >= low && value <= high))
-    return bad_use("tolerance " + text,
-                   fmt::format("give a share from {:g} to {:g} %, as 1% or 0.01", 100 * low, 100 * high));
+    return bad_use("tolerance " + text, fmt::format("is not between {:g} and {:g} %; write it as 1% or 0.01",
+                                                    100 * low, 100 * high));
   return value;
 }
 

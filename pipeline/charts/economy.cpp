@@ -120,7 +120,8 @@ class Search {
   Result<Economy> run() {
     if (!(settings_.tolerance >= 1e-9 && settings_.tolerance <= 1) || settings_.outputs < 1 ||
         settings_.repeats < 1)
-      return bad_use("economy", "needs a tolerance from 1e-9 to 1, an output time and a repeat at least");
+      return bad_use("economy",
+                     "needs a tolerance from 1e-9 to 1, and at least one output time and one repeat");
     const auto system = compile(scene_);
     if (!system) return tl::unexpected(system.error());
     length_ = system->length;
@@ -135,7 +136,7 @@ class Search {
     if (full && resolve(*full)) full = motion(*system);
     if (!full)
       return failure(scene_.name,
-                     fmt::format("its motion cannot be had to {:g}, a hundredth of the tolerance: {}",
+                     fmt::format("its motion cannot be computed to {:g}, a hundredth of the tolerance: {}",
                                  out_.accuracy, full.error().message()));
     full_ = std::move(*full);
     note_start(*system);
@@ -250,8 +251,9 @@ class Search {
     auto t = simulate(system, system.initial, how, observer);
     if (t) out_.evaluations += t->certificate.evaluations;
     if (t && !through(*t, how))
-      return failure("", fmt::format("takes more than {:.2g} evaluations, {:g} times the whole model's",
-                                     most_evaluations_, patience));
+      return failure("",
+                     fmt::format("takes more than {:.2g} evaluations, {:g} times those of the whole model",
+                                 most_evaluations_, patience));
     if (t && !t->certificate.trusted) return failure("", t->certificate.reason);
     return t;
   }

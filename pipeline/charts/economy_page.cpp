@@ -19,7 +19,7 @@ std::string tip(const EconomyModel& model) {
   std::string out =
       fmt::format("{}\n{} coordinates, {} bodies\n{:.3g} ms, {} evaluations", change_words(model),
                   model.coordinates, model.bodies, 1e3 * model.seconds, model.evaluations);
-  if (!model.change.empty()) out += fmt::format("\noff by {:.2g}: {}", model.error, model.worst);
+  if (!model.change.empty()) out += fmt::format("\nerror {:.2g}: {}", model.error, model.worst);
   return out;
 }
 
@@ -29,7 +29,7 @@ std::vector<std::pair<std::string, Plot>> economy_plots(const Economy& economy) 
   Plot error, time;
   error.title = economy.scene + ": error of smaller models";
   time.title = economy.scene + ": time of smaller models";
-  error.x = time.x = {.label = "coordinates left", .whole_numbers = true};
+  error.x = time.x = {.label = "coordinates kept", .whole_numbers = true};
   error.y = {.label = "largest error (of the length, or rad)", .logarithmic = true};
   time.y = {.label = "processor time of a run (ms)", .low = 0};
   Curve errors{.name = "model", .marks = true}, times = errors, bound{.name = "tolerance"};
@@ -52,9 +52,9 @@ std::vector<std::pair<std::string, Plot>> economy_plots(const Economy& economy) 
   error.curves = {errors, bound};
   time.curves = {times};
   error.notes = {fmt::format(
-      "Errors below {:.2g} are not told apart. Against the whole model, of {}, at {} instants{}.",
+      "Errors below {:.2g} are not resolved. Compared with the whole model, for {}, at {} times{}.",
       economy.accuracy, fmt::join(economy.quantities, ", "), economy.instants,
-      economy.sparse ? ": too few for its shortest steps, so that a quick motion may go unseen" : "")};
+      economy.sparse ? ", which are too few for its shortest steps, so quick motion may be missed" : "")};
   return {{"error", error}, {"time", time}};
 }
 
@@ -65,26 +65,27 @@ std::string economy_csv(const Economy& economy) {
                        m.coordinates, m.bodies, m.rows, m.evaluations, m.seconds);
   out += fmt::format("# the search: {} runs, {} evaluations\n", economy.runs, economy.evaluations);
   for (const EconomyRefusal& r : economy.refusals)
-    out += plain_comment(fmt::format("# stays: {}: {}\n", r.change,
-                                     std::isnan(r.error) ? r.reason : fmt::format("off by {:.6g}", r.error)));
+    out += plain_comment(fmt::format("# kept free: {}: {}\n", r.change,
+                                     std::isnan(r.error) ? r.reason : fmt::format("error {:.6g}", r.error)));
   return out;
 }
 
 std::string in_words(const Economy& economy) {
   const EconomyModel &whole = economy.models.front(), &least = economy.models.back();
   std::string cost =
-      fmt::format("; finding that took {} runs, and as many evaluations as {:.3g} of the whole model",
+      fmt::format("; the search took {} runs, and as many evaluations as {:.3g} runs of the whole model",
                   economy.runs, double(economy.evaluations) / double(std::max(whole.evaluations, 1L)));
   if (economy.sparse)
-    cost += fmt::format("; {} instants are too few for the motion's shortest steps: --outputs takes more",
-                        economy.instants);
+    cost +=
+        fmt::format("; {} output times are too few for the motion's shortest steps; give more with --outputs",
+                    economy.instants);
   if (economy.models.size() == 1)
-    return fmt::format("nothing of the scene's {} coordinates can be locked within {:g}", whole.coordinates,
+    return fmt::format("none of the scene's {} coordinates can be locked within {:g}", whole.coordinates,
                        economy.tolerance) +
            cost;
   return fmt::format(
-             "{} of {} coordinates and {} of {} moving bodies do within {:g}: off by {:.2g}, in {:.2g} of "
-             "the time ({:.2g} of it per evaluation)",
+             "{} of {} coordinates and {} of {} moving bodies suffice within {:g}: error {:.2g}, in {:.2g} "
+             "of the time ({:.2g} per evaluation)",
              least.coordinates, whole.coordinates, least.bodies, whole.bodies, economy.tolerance, least.error,
              least.seconds / whole.seconds,
              least.seconds / double(least.evaluations) / (whole.seconds / double(whole.evaluations))) +
@@ -110,13 +111,13 @@ std::string economy_page(const Economy& economy, const std::vector<std::string>&
         m.evaluations, 1e6 * m.seconds / double(std::max(m.evaluations, 1L)));
   body += "</table>\n";
   if (!economy.refusals.empty()) {
-    body += "<h2>What stays</h2>\n<table><tr><th>locking</th><th>is off by</th></tr>\n";
+    body += "<h2>What stays free</h2>\n<table><tr><th>locking</th><th>error</th></tr>\n";
     for (const EconomyRefusal& r : economy.refusals)
       body += fmt::format("<tr><td>{}</td><td>{}</td></tr>\n", html_text(r.change),
                           std::isnan(r.error) ? html_text(r.reason) : fmt::format("{:.2g}", r.error));
     body += "</table>\n";
   }
-  return chart_page(economy.scene + ": economy", economy.scene + ": the smallest model that does", warnings,
+  return chart_page(economy.scene + ": economy", economy.scene + ": the smallest sufficient model", warnings,
                     {in_words(economy) + "."}, {which}, body);
 }
 

@@ -34,8 +34,8 @@ std::optional<double> number_of(const std::string& text) {
 
 Result<Ladder> parse_ladder(const std::string& text, const std::string& what, int count) {
   const auto refuse = [&] {
-    return bad_use(what, fmt::format("is '{}', expected LOW:HIGH, LOW:HIGH:COUNT (2 to {}), "
-                                     "LOW:HIGH:COUNT:log or :linear, or values with commas between",
+    return bad_use(what, fmt::format("is '{}'; expected LOW:HIGH, LOW:HIGH:COUNT (2 to {}), "
+                                     "LOW:HIGH:COUNT:log or :linear, or values separated by commas",
                                      text, most_values));
   };
   std::vector<std::string> parts = parts_of(text, ':');

@@ -75,7 +75,7 @@ LongRun one_run(const System& system, SimulationSettings how, long steps) {
     return out;
   }
   if (t->times.back() < how.end_time * (1 - 1e-12))
-    out.reason = fmt::format("took {} steps up to t = {:.6g} s", steps, t->times.back());
+    out.reason = fmt::format("stopped after {} steps at t = {:.6g} s", steps, t->times.back());
   out.evaluations = t->certificate.evaluations;
   out.times = t->times;
   const double turnover = t->certificate.energy_turnover > 0 ? t->certificate.energy_turnover : 1;
@@ -109,7 +109,7 @@ Result<LongRuns> long_runs(const Scene& scene, const LongRunSettings& settings,
                            const std::function<void(double)>& progress) {
   const auto system = compile(scene);
   if (!system) return tl::unexpected(system.error());
-  if (settings.steps < 8) return bad_use("long runs", "have fewer than 8 steps; expected 8 at least");
+  if (settings.steps < 8) return bad_use("long runs", "need at least 8 steps");
   SimulationSettings how = scene.simulation;
   how.accuracy = 0;
   how.equations = settings.equations;
@@ -130,8 +130,9 @@ Result<LongRuns> long_runs(const Scene& scene, const LongRunSettings& settings,
 
 std::vector<std::pair<std::string, Plot>> long_run_plots(const LongRuns& runs) {
   std::vector<std::pair<std::string, Plot>> out;
-  const std::string note = fmt::format("Steps of {:.4g} s, {:.4g} of them; adaptive methods as long in time.",
-                                       runs.step, runs.end / runs.step);
+  const std::string note =
+      fmt::format("Steps of {:.4g} s, {:.4g} in all; adaptive methods cover the same time.", runs.step,
+                  runs.end / runs.step);
   const auto add = [&](const char* file, const std::string& title, const char* label, auto&& wanted,
                        const std::vector<double> LongRun::*values) {
     Plot plot{.title = runs.scene + ": " + title,
@@ -144,13 +145,13 @@ std::vector<std::pair<std::string, Plot>> long_run_plots(const LongRuns& runs) {
     if (!plot.curves.empty()) out.emplace_back(file, std::move(plot));
   };
   add(
-      "energy_secular", "energy, where errors add up", "energy off, over what was turned over",
+      "energy_secular", "energy, methods whose errors accumulate", "energy error / energy turnover",
       [](const LongRun& run) { return run.secular; }, &LongRun::energy);
   add(
-      "energy_bounded", "energy, where errors go to and fro", "energy off, over what was turned over",
+      "energy_bounded", "energy, methods whose errors stay bounded", "energy error / energy turnover",
       [](const LongRun& run) { return !run.secular; }, &LongRun::energy);
   add(
-      "momentum", "momenta that the scene conserves", "momentum off, over its size",
+      "momentum", "momenta that the scene conserves", "momentum error / momentum",
       [](const LongRun&) { return true; }, &LongRun::momentum);
   return out;
 }
@@ -159,8 +160,8 @@ std::string long_runs_page(const LongRuns& runs, const std::vector<std::string>&
   PageButtons which{"series", {}};
   std::string body;
   for (const auto& [name, plot] : long_run_plots(runs)) {
-    which.values.emplace_back(name, name == "energy_secular"   ? "energy, adding up"
-                                    : name == "energy_bounded" ? "energy, to and fro"
+    which.values.emplace_back(name, name == "energy_secular"   ? "energy, accumulating"
+                                    : name == "energy_bounded" ? "energy, bounded"
                                                                : "momentum");
     body += fmt::format("<div class='plot' data-series='{}'>{}</div>\n", name, svg(plot));
   }
@@ -173,12 +174,10 @@ std::string long_runs_page(const LongRuns& runs, const std::vector<std::string>&
         "<td>{}</td></tr>\n",
         run.method, verdict(run), run.drift, run.swing, run.evaluations, html_text(run.reason));
   body +=
-      "</table>\n<p>Drift: from the mean of the first quarter of the run to that of the last. Swing: largest "
-      "less least within the first quarter. An error adds up (gains, loses) where the drift exceeds the "
-      "swing, "
-      "or goes on and on: the means of the run's eighths follow each other in order. Else it goes to and "
-      "fro: "
-      "bounded, or off by more than a tenth. All over the energy turned over.</p>\n";
+      "</table>\n<p>Drift: from the mean of the run's first quarter to that of its last quarter. Swing: "
+      "largest minus least value within the first quarter. An error accumulates (gains, loses) if the drift "
+      "exceeds the swing, or if the means of the run's eighths rise or fall steadily. Otherwise it is "
+      "bounded, or off by more than a tenth. All are relative to the energy turnover.</p>\n";
   return chart_page(runs.scene + ": long runs", runs.scene + ": energy and momentum over long runs", warnings,
                     {fmt::format("{:.4g} steps of {:.4g} s.", runs.end / runs.step, runs.step)}, {which},
                     body);

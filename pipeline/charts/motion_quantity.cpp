@@ -86,7 +86,8 @@ Result<Form> form_of(const std::string& text) {
   if (parts.size() < 3) return out;
   out.point = point_of(parts[2]);
   if (!out.point)
-    return bad_use("quantity '" + text + "'", "its point is not three numbers, m, with commas between");
+    return bad_use("quantity '" + text + "'",
+                   "its point must be three numbers, in metres, separated by commas");
   return out;
 }
 
@@ -111,7 +112,7 @@ Result<MotionQuantity> parse_motion_quantity(const std::string& text, const Scen
       out.masses.push_back(system->solid_bodies[s] == 0 ? 0 : mass_of(scene.solids[s]));
       all += out.masses.back();
     }
-    if (!(all > 0)) return bad_use("quantity 'centre'", "nothing that has mass moves in the scene");
+    if (!(all > 0)) return bad_use("quantity 'centre'", "no solid with mass moves in the scene");
     return out;
   }
   if (out.kind == MotionQuantity::Kind::coordinate) {

@@ -133,8 +133,8 @@ Tried try_run(const System& system, SimulationSettings how, double setting, cons
   if (cut && !is_unstable(out.outcome)) out.outcome = Outcome::unfinished;
   out.reason = out.outcome != Outcome::unfinished
                    ? c.reason
-                   : fmt::format("not let go on beyond {:.4g} s of {:.4g} s, after {} steps", reached, wanted,
-                                 lengths.most);
+                   : fmt::format("stopped at {:.4g} s of {:.4g} s, after {} steps (the most allowed)",
+                                 reached, wanted, lengths.most);
   out.steps = c.steps_accepted;
   out.evaluations = c.evaluations;
   out.energy =

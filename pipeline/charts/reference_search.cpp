@@ -159,8 +159,8 @@ class Search {
     if (best.row == 0) {
       if (best.differences.size() > 1 && parted_.empty())
         parted_ = fmt::format(
-            "{} and {} part by {:.2g} up to the first time of output, t = {:.4g} s, as chaos "
-            "makes them; shorten the run or look at more times",
+            "{} and {} differ by {:.2g} at the first output time, t = {:.4g} s, as chaotic motion does; "
+            "shorten the run or give more output times",
             reference_words(first, best.rung), reference_words(second, best.rung),
             size_of(best.differences[1]), system_.initial.t + how_.output_interval);
       return {};
@@ -192,8 +192,8 @@ class Search {
     found_.last_row = std::size_t(asked_.outputs);
     if (!best) {
       const bool none = std::none_of(made_.begin(), made_.end(), [](const auto& m) { return m.second; });
-      reference.words = none ? fmt::format("No reference: no method comes through ({}).", why_not_)
-                             : fmt::format("No reference: {}. Energy and constraints alone are judged.",
+      reference.words = none ? fmt::format("No reference: no method completes the run ({}).", why_not_)
+                             : fmt::format("No reference: {}. Only energy and constraints are judged.",
                                            parted_.empty() ? "no two different methods finished" : parted_);
       return;
     }
@@ -208,15 +208,15 @@ class Search {
     found_.motion = std::move(made_.at({best->first, best->rung}));
     made_.clear();
     reference.words =
-        fmt::format("Reference: {}, which {} differs from by {:.1g} of the scene's length and {:.1g} rad.",
+        fmt::format("Reference: {}; {} differs from it by {:.1g} of the scene's length and {:.1g} rad.",
                     reference.runs[0], reference.runs[1], reference.position, reference.orientation);
     if (best->row < found_.last_row) {
       const bool faster = part_ever_faster(best->differences, best->row / 2 + 1, found_.last_row);
       chaotic_ = chaotic_ || faster;
-      reference.words +=
-          fmt::format(" Beyond t = {:.4g} s (of {:.4g} s) they part by more than {:g}{}: runs end there.",
-                      reference.horizon, how_.end_time, best->limit,
-                      faster ? ", ever faster, as in chaos or about an unstable position" : "");
+      reference.words += fmt::format(
+          " Beyond t = {:.4g} s (of {:.4g} s) they differ by more than {:g}{}, so the runs end there.",
+          reference.horizon, how_.end_time, best->limit,
+          faster ? ", at a growing rate, as in chaos or near an unstable position" : "");
     }
     found_.last_row = best->row;
   }
@@ -239,7 +239,7 @@ class Search {
       look();
       if (found_.reference.found)
         found_.reference.words += fmt::format(
-            " Over the {:.4g} s asked for they part too early{}: runs are compared at {} times up "
+            " Over the requested {:.4g} s they diverge too early{}, so the runs are compared at {} times up "
             "to t = {:.4g} s.",
             span_, chaotic_ ? ", as in chaos" : "", found_.last_row, found_.reference.horizon);
     }

@@ -123,8 +123,8 @@ tl::unexpected<Error> no_number(const toml::table& root, const std::string& file
   std::stable_sort(all.begin(), all.end(),
                    [&](const std::string& a, const std::string& b) { return far(a) < far(b); });
   all.resize(std::min(all.size(), most_named));
-  return bad_use(file, all.empty() ? fmt::format("holds no number, so none at '{}'", path)
-                                   : fmt::format("has no number at '{}'; nearest to that are {}", path,
+  return bad_use(file, all.empty() ? fmt::format("contains no number, so none at '{}'", path)
+                                   : fmt::format("has no number at '{}'; the nearest are {}", path,
                                                  fmt::join(all, ", ")));
 }
 

@@ -145,7 +145,8 @@ Result<StabilityMap> stability_map(Sweep sweep, const StabilitySettings& setting
   if (first == sweep.scenes.end()) return tl::unexpected(sweep.scenes.front().error());
   const auto system = compile(**first);
   const double span = (*first)->simulation.end_time - (system ? system->initial.t : 0);
-  if (!(span > 0)) return bad_use((*first)->name, "ends when it begins: there is no motion to map");
+  if (!(span > 0))
+    return bad_use((*first)->name, "ends at its start, so it has no motion to map; give a later --end");
   StabilityMap map{
       std::move(sweep), settings.methods, settings.steps, settings.tolerances, settings.lengths, {}, {}};
   if (map.methods.empty()) map.methods = integrator_names();
@@ -161,8 +162,8 @@ Result<StabilityMap> stability_map(Sweep sweep, const StabilitySettings& setting
                                               ladder->values.front()));
   if (settings.lengths.least < 8 || settings.lengths.most < settings.lengths.least ||
       !(settings.refinement > 1))
-    return bad_use("stability", fmt::format("runs have {} to {} steps; expected 8 at least, and no fewer at "
-                                            "most than at least",
+    return bad_use("stability", fmt::format("runs are limited to {} to {} steps; expected a least number of "
+                                            "8 or more, and a largest number no smaller",
                                             settings.lengths.least, settings.lengths.most));
   Mapping(map, settings, observer).run();
   return map;

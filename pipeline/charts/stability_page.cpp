@@ -27,8 +27,8 @@ std::string tip(const StabilityMap& map, const StabilityCell& cell) {
                                 setting_words(map, cell.method, cell.setting), name_of(t.outcome));
   if (t.steps > 0)
     out += fmt::format("\n{} steps to {:.4g} s, {} evaluations", t.steps, t.end, t.evaluations);
-  if (std::isfinite(t.energy)) out += fmt::format("\nenergy off by {:.2g} of what was turned over", t.energy);
-  if (std::isfinite(t.constraint)) out += fmt::format("\nconstraints off by {:.2g}", t.constraint);
+  if (std::isfinite(t.energy)) out += fmt::format("\nenergy error {:.2g} of the energy turnover", t.energy);
+  if (std::isfinite(t.constraint)) out += fmt::format("\nconstraint error {:.2g}", t.constraint);
   return t.reason.empty() ? out : out + "\n" + t.reason;
 }
 
@@ -82,10 +82,10 @@ std::string own_growth_words(const StabilityMap& map) {
   }
   if (count == 0) return "";
   return fmt::format(
-      "Small deviations from the start grow by themselves, {}by e^{:.3g} in the scene's time{}: what grows "
-      "there may be the motion, not the method.",
+      "Small deviations from the start grow by themselves, {}by e^{:.3g} in the scene's time{}: such growth "
+      "may belong to the motion, not to the method.",
       map.sweep.names.size() > 1 ? fmt::format("with {} ", map.sweep.names[column]) : "", most,
-      count > 1 ? fmt::format(", and with {} others", count - 1) : "");
+      count > 1 ? fmt::format(", and with {} other values", count - 1) : "");
 }
 
 namespace {
@@ -99,13 +99,12 @@ std::vector<std::string> notes_of(const StabilityMap& map) {
     notes.push_back(names + ".");
   }
   notes.push_back(
-      fmt::format("Runs go to the scene's end, or make {} steps where that takes less. Those that would take "
-                  "more than {} "
-                  "end there, and are unfinished.",
+      fmt::format("Runs last to the scene's end, or for {} steps if those take less time. Runs that need "
+                  "more than {} steps stop there and are unfinished.",
                   map.lengths.least, map.lengths.most));
   if (const std::string growing = own_growth_words(map); !growing.empty()) notes.push_back(growing);
   if (std::any_of(map.limits.begin(), map.limits.end(), [](const auto& limit) { return limit.over > 0; }))
-    notes.push_back("Empty dots: limits that were found in the first part of the scene's time alone.");
+    notes.push_back("Empty dots: limits found in the first part of the scene's time only.");
   return notes;
 }
 
@@ -169,7 +168,7 @@ Plot map_of(const StabilityMap& map, std::size_t method) {
 Plot methods_plot(const StabilityMap& map, bool adaptive) {
   const Ladder& ladder = adaptive ? map.tolerances : map.steps;
   const std::vector<double> y = tile_bounds(ladder);
-  Plot plot{.title = map.sweep.scene + ": what becomes of each method's runs",
+  Plot plot{.title = map.sweep.scene + ": outcome of each method's runs",
             .x = {.label = "method", .whole_numbers = true},
             .y = {.label = adaptive ? "tolerance" : "step (s)",
                   .logarithmic = ladder.logarithmic,
@@ -217,7 +216,7 @@ Plot limits_plot(const StabilityMap& map, bool adaptive) {
       free += (free.empty() ? "" : ", ") + map.methods[m];
   }
   plot.notes = notes_of(map);
-  if (!free.empty()) plot.notes.push_back("Stable at all that was tried: " + free + ".");
+  if (!free.empty()) plot.notes.push_back("Stable at every tried setting: " + free + ".");
   return plot;
 }
 
@@ -279,15 +278,17 @@ std::string stability_page(const StabilityMap& map, const std::vector<std::strin
         first == map.cells.end() ? "" : name_of(first->tried.outcome));
   }
   body +=
-      "</table>\n<p>Steps in s, tolerances of adaptive methods. all: at all that were tried; none from x "
-      "on: at none of those, of which x is the smallest; "
-      "above x: runs by x and less were not let come to the scene's end, and were sound as far as they came; "
-      "in 0.5 s: in the scene's first 0.5 s, as runs below the limit were not let go on for longer; not "
-      "known: those runs end before any that is unstable becomes so (--most-steps lets them go on). "
-      "Linear: what theory says of small deviations from the start. What failed is said under the pointer, "
-      "and of "
-      "every run in stability.csv.</p>\n";
-  return chart_page(map.sweep.scene + ": stability", map.sweep.scene + ": where methods fail", warnings,
+      "</table>\n<p>Steps in s, tolerances of adaptive methods. all: stable at every tried setting; none "
+      "from x on: stable at no tried setting, of which x is the smallest; above x: runs with x and less were "
+      "stopped before the scene's end and were sound until then; in 0.5 s: stable in the scene's first 0.5 "
+      "s, because runs below the limit were stopped there; not known: these runs stop before any instability "
+      "shows (--most-steps lets them continue). Linear: limit from the linear theory of small deviations "
+      "from the start. Point at a tile to read its failure; stability.csv lists every run.</p>\n";
+  return chart_page(map.sweep.scene + ": stability",
+                    map.sweep.scene +
+                        "Each run's certificate decides its outcome; a limit is the largest step (tolerance) "
+                        "below which no run of the method grows, drifts or stops.",
+                    warnings,
                     {"Outcomes are told by each run's certificate; a limit is the largest step (tolerance) "
                      "below which no run of the method grows, drifts or ends."},
                     {which}, body);

@@ -29,18 +29,17 @@ std::string percent_or_none(double share) {
 /// Which table the errors refer to, and how far it can be trusted.
 std::string reference_words(const VolumeEconomy& economy) {
   std::string out = fmt::format(
-      "errors are against the scan as it is with parts found on a grid of {}, the finest that is tried, "
-      "whose "
-      "own error is not known",
+      "errors are relative to the original scan with parts found on a grid of {}, the finest that was tried, "
+      "whose own error is unknown",
       economy.trials.front().name);
   const VolumeTrial* next = economy.next_to_reference();
-  if (!next) return out + ", for no other grid is tried";
-  if (!next->reason.empty()) return out + fmt::format(": that of {} gives no table", next->name);
-  out += fmt::format(": it and that of {} differ by", next->name);
+  if (!next) return out + ", because no other grid was tried";
+  if (!next->reason.empty()) return out + fmt::format("; the grid of {} gives no table", next->name);
+  out += fmt::format("; it and the grid of {} differ by", next->name);
   for (std::size_t c = 0; c < std::size(parts_choices); ++c)
     out += fmt::format("{} {} ({} parts)", c > 0 ? "," : "", percent_or_none(economy.doubt(c)),
                        parts_choices[c].count);
-  return out + ", and to less than that no figure can be trusted";
+  return out + ", and smaller figures mean nothing";
 }
 
 /// The entry with the largest error.
@@ -49,7 +48,7 @@ std::string worst_words(const VolumeTrial& trial, std::size_t choice) {
   const EntryErrors* worst = nullptr;
   for (const EntryErrors& e : trial.errors.at(choice))
     if (!worst || e.largest() > worst->largest()) worst = &e;
-  if (!worst || worst->largest() == 0) return "nothing differs";
+  if (!worst || worst->largest() == 0) return "no difference";
   const char* entry = worst->largest() == worst->mass     ? "mass"
                       : worst->largest() == worst->centre ? "gravity centre"
                                                           : "principal moments";
@@ -79,10 +78,11 @@ std::vector<std::pair<std::string, Plot>> volume_economy_plots(const VolumeEcono
   std::vector<std::pair<std::string, Plot>> out;
   for (const Of of : {Of::work_grid, Of::voxels}) {
     const std::string axis = of == Of::voxels ? "longest edge of the voxels (mm)" : "work grid (mm)";
-    Plot error{.title = fmt::format("What coarser {} cost the table", of == Of::voxels ? "voxels" : "grids"),
-               .x = {.label = axis},
-               .y = {.label = "largest error of an entry (%)", .logarithmic = true},
-               .curves = {}};
+    Plot error{
+        .title = fmt::format("Errors of the table with coarser {}", of == Of::voxels ? "voxels" : "grids"),
+        .x = {.label = axis},
+        .y = {.label = "largest error of an entry (%)", .logarithmic = true},
+        .curves = {}};
     for (std::size_t c = 0; c < std::size(parts_choices); ++c) {
       error.curves.push_back(
           curve_of(economy, of, fmt::format("{} parts", parts_choices[c].count),
@@ -90,11 +90,11 @@ std::vector<std::pair<std::string, Plot>> volume_economy_plots(const VolumeEcono
     }
     error.notes = {
         "Relative errors of masses, gravity centres (of the part's length) and principal moments; " +
-        reference_words(economy) + ". It stands at 0.01 %. 100 %: a part is lost."};
+        reference_words(economy) + ". The axis starts at 0.01 %. 100 %: a part is lost."};
     if (of == Of::voxels)
-      error.notes.push_back("Voxels are averaged in whole blocks: twice, three times the edges.");
+      error.notes.push_back("Voxels are averaged in whole blocks, so edges double, triple and so on.");
     Plot time{
-        .title = fmt::format("What coarser {} save", of == Of::voxels ? "voxels" : "grids"),
+        .title = fmt::format("Time saved by coarser {}", of == Of::voxels ? "voxels" : "grids"),
         .x = {.label = axis},
         .y = {.label = "processor time (s)", .low = 0},
         .curves = {curve_of(economy, of, "parts and table", [](const VolumeTrial& t) { return t.seconds; })}};
@@ -112,7 +112,7 @@ std::vector<std::string> in_words(const VolumeEconomy& economy) {
       const VolumeTrial* best = economy.pick(of, c);
       if (best && economy.doubt(c) > economy.tolerance) {
         out.push_back(fmt::format(
-            "{} parts within {}: nothing coarser than {} of {} is chosen, and whether that does is not known",
+            "{} parts within {}: nothing coarser than {} of {} is chosen, and whether it suffices is unknown",
             parts_choices[c].count, percent_or_none(economy.tolerance),
             of == Of::voxels ? "voxels" : "a work grid", best->name));
         continue;
@@ -122,24 +122,25 @@ std::vector<std::string> in_words(const VolumeEconomy& economy) {
                            [&](const VolumeTrial& t) { return t.of == of && is_one(t); });
       };
       if (best && !any([&](const auto& t) { return t.size != best->size; })) {
-        out.push_back(fmt::format("{} parts within {}: no coarser {} than {} are tried",
+        out.push_back(fmt::format("{} parts within {}: no {} coarser than {} were tried",
                                   parts_choices[c].count, percent_or_none(economy.tolerance),
                                   of == Of::voxels ? "voxels" : "grids", best->name));
         continue;
       }
       const bool finest = best && !any([&](const auto& t) { return t.size < best->size; });
       if (finest) {
-        out.push_back(fmt::format("{} parts within {}: no coarser {} tried do than {}",
+        out.push_back(fmt::format("{} parts within {}: none of the tried {} coarser than {} suffices",
                                   parts_choices[c].count, percent_or_none(economy.tolerance),
                                   of == Of::voxels ? "voxels" : "grids", best->name));
         continue;
       }
-      out.push_back(best ? fmt::format("{} parts within {}: {} of {} do, off by {}, {}",
-                                       parts_choices[c].count, percent_or_none(economy.tolerance),
-                                       word_for(of), best->name, percent_or_none(best->worst(c)),
-                                       run_time_in_words(best->seconds / whole.seconds))
-                         : fmt::format("{} parts within {}: no {} tried", parts_choices[c].count,
-                                       percent_or_none(economy.tolerance), word_for(of)));
+      out.push_back(
+          best
+              ? fmt::format("{} parts within {}: choose {} of {} (error {}, {})", parts_choices[c].count,
+                            percent_or_none(economy.tolerance), word_for(of), best->name,
+                            percent_or_none(best->worst(c)), run_time_in_words(best->seconds / whole.seconds))
+              : fmt::format("{} parts within {}: no tried size of {} suffices", parts_choices[c].count,
+                            percent_or_none(economy.tolerance), word_for(of)));
     }
   for (const VolumeTrial& trial : economy.trials)
     if (trial.of == Of::density_curve && trial.name != economy.curve)
@@ -179,7 +180,7 @@ std::string volume_economy_page(const VolumeEconomy& economy, const std::string&
         word_for(t.of), html_text(t.name), t.seconds, percent_or_none(t.worst(0)),
         percent_or_none(t.worst(1)), percent_or_none(t.worst(2)), html_text(worst_words(t, 0)));
   body += "</table>\n";
-  return chart_page(title + ": economy", title + ": what the scan needs", warnings, in_words(economy),
+  return chart_page(title + ": economy", title + ": requirements of the scan", warnings, in_words(economy),
                     {which}, body);
 }
 

@@ -140,7 +140,7 @@ class Chart {
       t.poses.insert(t.poses.end(), first, first + long(system_.solids.size()));
     }
     std::string words = fmt::format(
-        "Reference: {}, as given, taken to be good to {:.1g} of the scene's length and {:.1g} rad.",
+        "Reference: {}, given by the user, assumed accurate to {:.1g} of the scene's length and {:.1g} rad.",
         given.name, given.error, given.error);
     if (motion_) {
       const Reference& own = chart_.reference;
@@ -149,8 +149,8 @@ class Chart {
       const std::string who = fmt::format("{} and {}", own.runs[0], own.runs[1]);
       words += off > reference_margin * known
                    ? fmt::format(
-                         " It is contradicted: {} agree to {:.1g}, up to t = {:.4g} s, and are off from it "
-                         "by {:.2g}. Errors here are against what was given.",
+                         " It is contradicted: {} agree to {:.1g}, up to t = {:.4g} s, and differ from it by "
+                         "{:.2g}. Errors here are relative to the given reference.",
                          who, std::max(own.position, own.orientation), own.horizon, off)
                    : fmt::format(" {} agree with it to {:.1g}, up to t = {:.4g} s.", who, off, own.horizon);
       if (off > reference_margin * known) motion_.reset();
@@ -244,7 +244,7 @@ class Chart {
     auto run = other.run(point.setting, times, [&] { return limit.holds(); });
     const double seconds = run ? run->seconds : processor_time() - start;
     if (run && run->poses.size() != times.size() * centres_.size())
-      run = failure(other.name, "did not come to its end");
+      run = failure(other.name, "did not reach its end");
     point.finished = point.trusted = run.has_value();
     point.reason = run ? "" : run.error().message();
     if (!run) return seconds;
@@ -378,21 +378,20 @@ Result<WorkPrecision> work_precision(const Scene& scene, const WorkPrecisionSett
   const auto system = compile(scene);
   if (!system) return tl::unexpected(system.error());
   if (!(scene.simulation.end_time > system->initial.t))
-    return bad_use(scene.name, "ends when it begins: there is no motion to chart");
+    return bad_use(scene.name, "ends at its start, so it has no motion to chart; give a later --end");
   if (settings.outputs < 1 || settings.repeats < 1 || settings.per_decade < 1 || !(settings.budget > 0) ||
       settings.equations.empty() || settings.constraints.empty())
-    return bad_use("work-precision",
-                   "needs at least one output time, one repeat, one tolerance a decade, and time for a run");
+    return bad_use(
+        "work-precision",
+        "needs at least one output time, one repeat, one tolerance per decade, and time for a run");
   if (const auto& given = settings.reference) {
     const double start = system->initial.t, length = scene.simulation.end_time - start;
     for (int i = 0; i <= settings.outputs; ++i)
       if (const double at = start + i * length / settings.outputs;
           row_at(*given, at, length) == given->times.size())
-        return bad_use(
-            given->name,
-            fmt::format("has no row at t = {:.9g} s: it is to have one every {:.9g} s, as runs are "
-                        "compared at {} times (--outputs)",
-                        at, length / settings.outputs, settings.outputs));
+        return bad_use(given->name, fmt::format("has no row at t = {:.9g} s; it needs a row every {:.9g} s, "
+                                                "because runs are compared at {} times (--outputs)",
+                                                at, length / settings.outputs, settings.outputs));
   }
   return Chart(scene, *system, settings, observer, others).run();
 }

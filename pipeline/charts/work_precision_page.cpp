@@ -42,12 +42,12 @@ double of_contacts(const WorkPrecision& chart, const WorkPrecisionPoint& p) {
 }
 
 constexpr ErrorMeasure quantities[] = {
-    {"contacts", "contacts", "largest of these errors, each over its whole", of_contacts, true},
+    {"contacts", "contacts", "largest of these errors, each relative to its scale", of_contacts, true},
     {"position", "position", "largest error of position / scene's length", member<&RunErrors::position>,
      true},
     {"orientation", "orientation", "largest error of orientation (rad)", member<&RunErrors::orientation>,
      true},
-    {"energy", "energy", "largest drift of energy / energy turned over", member<&RunErrors::energy>, false},
+    {"energy", "energy", "largest drift of energy / energy turnover", member<&RunErrors::energy>, false},
     {"constraint", "constraints", "largest residual of a constraint (m or rad)",
      member<&RunErrors::constraint>, false},
     {"impacts", "times of impacts", "largest error of an impact's time (s)", member<&RunErrors::impacts>,
@@ -209,21 +209,21 @@ Plot plot_of(const WorkPrecision& chart, const ErrorMeasure& quantity, const Cos
   for (std::size_t i = 0; i < best.size(); ++i) words += (i > 0 ? "; " : "") + best[i];
   plot.notes = {words + (front.empty() ? "" : "."),
                 "Empty dots: runs whose certificate is not trusted. Crosses above: runs that did not finish, "
-                "or are off by more than 10" +
+                "or whose error exceeds 10" +
                     std::string(cost.of == milliseconds ? "" : " (without those that took too long)") +
-                    ". Grey: farther from the front" +
+                    ". Grey: far from the front" +
                     (listed.empty() ? std::string(".") : ", by number: " + listed + "."),
                 chart.reference.words};
   if (quantity.of == of_contacts)
-    plot.notes.insert(
-        plot.notes.begin() + 1,
-        "Contacts: the largest of the errors of impact times (over the run's length), momentum (over "
-        "the largest), penetration (over the scene's length) and energy (over what is turned over).");
+    plot.notes.insert(plot.notes.begin() + 1,
+                      "Contacts: the largest of the errors of impact times (relative to the run's length), "
+                      "momentum (relative to the largest), penetration (relative to the scene's length) and "
+                      "energy (relative to the energy turnover).");
   if (beside_others)
     plot.notes.push_back(
-        "Curves that begin with a program's name are its runs of the same scene in the same process; the "
-        "rest are "
-        "ours. Ours carry their certificate's cost; energies of others are looked at at the outputs only.");
+        "Curves named after a program are that program's runs of the same scene in the same process; the "
+        "others are ours. Ours include the cost of their certificate; the energies of others are evaluated "
+        "at the outputs only.");
   return plot;
 }
 
@@ -262,10 +262,10 @@ std::string front_table(const WorkPrecision& chart) {
       "|\n";
   const bool alone = chart.variants.empty() || !chart.variants.back().other;
   const auto cells = [&](const WorkPrecisionPoint* p, bool absent) {
-    if (absent) return std::string("none takes part | ");
+    if (absent) return std::string("no method applies | ");
     return p ? fmt::format("{:.3g} | {}, {}", milliseconds(*p), name_of(chart.variants[p->variant]),
                            setting_words(chart, *p))
-             : std::string("not in the time allowed | ");
+             : std::string("not within the time limit | ");
   };
   for (const FrontRow& row : front_against_front(chart)) {
     if (!row.ours && !row.other) continue;
@@ -290,7 +290,7 @@ std::string why_no_drawing(const WorkPrecision& chart) {
                   [&](const ErrorMeasure& quantity) { return has(chart, quantity); }))
     return "";
   return std::any_of(chart.points.begin(), chart.points.end(), [](const auto& p) { return p.finished; })
-             ? "Nothing is drawn: no run that finished is off by anything, as in a scene at rest."
+             ? "Nothing is drawn: every finished run has zero error, as in a scene at rest."
              : "Nothing is drawn: no run finished.";
 }
 
@@ -330,8 +330,8 @@ std::string work_precision_page(const WorkPrecision& chart, const std::vector<st
                            svg(plot_of(chart, q, c)));
   if (const auto take = recommendations(chart); !take.empty()) {
     out +=
-        "<h2>What to take</h2>\n<table><tr><th>for an error of</th><th>method</th><th>at</th>"
-        "<th class='n'>ms</th><th class='n'>evaluations</th><th class='n'>its error</th></tr>\n";
+        "<h2>Recommended methods</h2>\n<table><tr><th>for an error of</th><th>method</th><th>at</th><th "
+        "class='n'>ms</th><th class='n'>evaluations</th><th class='n'>its error</th></tr>\n";
     for (const auto& [digits, p] : take)
       out += fmt::format(
           "<tr><td>10<sup>−{}</sup></td><td>{}</td><td>{}</td><td class='n'>{:.3g}</td><td class='n'>{}</td>"
@@ -339,12 +339,11 @@ std::string work_precision_page(const WorkPrecision& chart, const std::vector<st
           digits, name_of(chart.variants[p->variant]), setting_words(chart, *p), milliseconds(*p),
           p->evaluations, judged_error(chart, *p));
     out += fmt::format(
-        "</table>\n<p>The fastest trusted run of those made; {}. Each method was run from coarse to "
-        "fine, until a run took longer than allowed or two finer ones gained nothing.</p>\n",
-        chart.has_impacts
-            ? "errors are the largest of those of the times of impacts (over the run's length), "
-              "momentum, penetration (over the scene's length) and energy"
-            : "errors are the larger of position and orientation");
+        "</table>\n<p>The fastest trusted run of those made; {}. Each method was run from coarse to fine "
+        "settings, until a run took longer than the limit or two finer ones brought no gain.</p>\n",
+        chart.has_impacts ? "errors are the largest of the errors of impact times (relative to the run's "
+                            "length), momentum, penetration (relative to the scene's length) and energy"
+                          : "errors are the larger of position and orientation");
   }
   std::string failed;
   for (const WorkPrecisionPoint& p : chart.points)
@@ -356,13 +355,12 @@ std::string work_precision_page(const WorkPrecision& chart, const std::vector<st
            failed + "</table>\n";
   std::vector<std::string> sentences{
       chart.reference.words,
-      fmt::format(
-          "Errors of position are in parts of the scene's length, {:.4g} m: the longest that it names "
-          "(placements, gravity centres with radii of gyration, springs, distances).",
-          chart.length)};
+      fmt::format("Position errors are relative to the scene's length, {:.4g} m: the longest length in the "
+                  "scene (placements, gravity centres with radii of gyration, springs, distances).",
+                  chart.length)};
   std::vector<PageButtons> buttons{errors, spent};
   if (const std::string why = why_no_drawing(chart); !why.empty()) sentences.push_back(why), buttons.clear();
-  return chart_page(chart.scene + ": work and precision", chart.scene + ": what accuracy costs", warnings,
+  return chart_page(chart.scene + ": work and precision", chart.scene + ": cost of accuracy", warnings,
                     sentences, buttons, out);
 }
 

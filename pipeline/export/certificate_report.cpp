@@ -16,7 +16,7 @@ namespace {
 std::string smallest_step(const Certificate& c) {
   if (c.steps_accepted == 0) return "";
   if (c.smallest_step_time == 0)
-    return fmt::format("; none smaller than the first, {:.3g} s", c.smallest_step);
+    return fmt::format("; none was smaller than the first, {:.3g} s", c.smallest_step);
   return fmt::format("; the smallest was {:.3g} s (at {:.6g} s)", c.smallest_step, c.smallest_step_time);
 }
 
@@ -38,19 +38,18 @@ std::string text_of(const Certificate& c) {
       c.energy_drift, c.energy_drift_time, share, c.energy_turnover, c.energy_threshold));
   const std::pair<const char*, double> works[] = {
       {"forces and dampers", c.work_efforts},     {"driven coordinates", c.work_drives},
-      {"moving constraints", c.work_constraints}, {"constraints that are off", c.work_baumgarte},
+      {"moving constraints", c.work_constraints}, {"constraint errors", c.work_baumgarte},
       {"projection", c.work_projection},          {"events", c.work_events}};
   for (const auto& [name, work] : works)
     if (work != 0) line(fmt::format("work of {}: {:.6g} J", name, work));
   if (c.impacts > 0) line(fmt::format("impacts: {}, in which {:.6g} J were lost", c.impacts, c.impact_loss));
   if (c.contact_error > 0)
-    line(fmt::format("contacts within steps: at most {:.3g} J given or taken beside their laws",
-                     c.contact_error));
+    line(fmt::format("contacts within steps: spurious work of at most {:.3g} J", c.contact_error));
   for (const Conserved& m : c.conserved)
     line(fmt::format("{}: drifts by at most {:.3g} of {:.4g} (at {:.6g} s)", m.name, m.drift, m.scale,
                      m.time));
   if (c.constraint_rows > 0)
-    line(fmt::format("constraints: {} rows of rank {}; {:.2g} from dependence at the nearest (at {:.6g} s)",
+    line(fmt::format("constraints: {} rows of rank {}; least distance to dependence {:.2g} (at {:.6g} s)",
                      c.constraint_rows, c.constraint_rank, c.nearness, c.nearness_time));
   if (!c.assembly_position_coordinate.empty())
     line(fmt::format("assembly: moved the initial positions by at most {:.4g} m or rad ('{}')",
@@ -64,28 +63,28 @@ std::string text_of(const Certificate& c) {
       ++never_off;
       continue;
     }
-    line(fmt::format(
-        "constraint '{}': off by at most {:.3g} (at {:.6g} s), its velocity by {:.3g} (at {:.6g} s), its "
-        "acceleration by {:.3g} (at {:.6g} s)",
-        r.constraint, r.position, r.position_time, r.velocity, r.velocity_time, r.acceleration,
-        r.acceleration_time));
+    line(
+        fmt::format("constraint '{}': error at most {:.3g} (at {:.6g} s), of its velocity {:.3g} (at {:.6g} "
+                    "s), of its acceleration {:.3g} (at {:.6g} s)",
+                    r.constraint, r.position, r.position_time, r.velocity, r.velocity_time, r.acceleration,
+                    r.acceleration_time));
   }
-  if (never_off > 0) line(fmt::format("constraints that were never off: {}", never_off));
+  if (never_off > 0) line(fmt::format("constraints without error: {}", never_off));
   for (const std::string& row : c.redundant) line("redundant: " + row);
   if (!c.method.empty()) line(fmt::format("integrated by {} with the {} equations", c.method, c.equations));
   line(fmt::format("steps: {} accepted, {} rejected, {} evaluations{}", c.steps_accepted, c.steps_rejected,
                    c.evaluations, smallest_step(c)));
   if (!c.step_defect_coordinate.empty())
-    line(fmt::format(
-        "steps of one length: of the motion of '{}' they miss at most {:.2g} of a step (at {:.6g} "
-        "s); trusted up to {:.2g}",
-        c.step_defect_coordinate, c.step_defect, c.step_defect_time, StepWatch::limit));
+    line(
+        fmt::format("fixed steps: in '{}' they miss at most {:.2g} of a step's motion (at {:.6g} s); trusted "
+                    "up to {:.2g}",
+                    c.step_defect_coordinate, c.step_defect, c.step_defect_time, StepWatch::limit));
   constexpr std::size_t most_events = 100;
   for (std::size_t i = 0; i < std::min(most_events, c.events.size()); ++i)
     line(fmt::format("event at {:.9g} s: {}, {}{}", c.events[i].time, c.events[i].kind, c.events[i].name,
                      shock_of(c.events[i])));
   if (c.events.size() > most_events)
-    line(fmt::format("and {} events more, all of them in the .h5 file", c.events.size() - most_events));
+    line(fmt::format("and {} more events, all of them in the .h5 file", c.events.size() - most_events));
   for (const std::string& note : c.notes) line("note: " + note);
   return out;
 }

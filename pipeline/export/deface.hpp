@@ -37,9 +37,8 @@ void deface(Thumbnail& copy, const FaceCut& cut);
 
 /// Warning if defacing was requested and no head was found.
 inline constexpr std::string_view no_face_found =
-    "--deface: no head was found, so that no face was taken away; the report shows grey values inside the "
-    "labelled "
-    "parts only. Look before you share it";
+    "--deface found no head, so no face was removed; the report shows grey values only inside the labelled "
+    "parts; check it before you share it";
 
 /// Without a head: keeps grey values only where labels are.
 void keep_labelled(Thumbnail& copy);

@@ -66,16 +66,16 @@ class Buffer {
 };
 
 Result<void> check(const std::vector<Mesh>& meshes) {
-  if (meshes.empty()) return failure("body.glb", "no part has a surface; nothing to draw");
+  if (meshes.empty()) return failure("body.glb", "no part has a surface, so there is nothing to draw");
   std::set<std::string_view> names;
   for (const Mesh& mesh : meshes) {
     if (!names.insert(mesh.name).second) return failure(mesh.name, "two meshes have this name");
-    if (mesh.triangles.empty()) return failure(mesh.name, "its mesh has no triangle");
+    if (mesh.triangles.empty()) return failure(mesh.name, "its mesh has no triangles");
     for (const auto& triangle : mesh.triangles)
       for (const auto corner : triangle)
         if (corner >= mesh.points.size())
-          return failure(mesh.name, fmt::format("a triangle names point {} of a mesh with {} points", corner,
-                                                mesh.points.size()));
+          return failure(mesh.name, fmt::format("a triangle refers to point {} of a mesh with {} points",
+                                                corner, mesh.points.size()));
     for (const auto& point : mesh.points)
       for (const float coordinate : point)
         if (!std::isfinite(coordinate)) return failure(mesh.name, "a point of its mesh is not finite");
@@ -195,7 +195,7 @@ Result<std::string> written(const tinygltf::Model& model) {
   std::ostringstream stream;
   tinygltf::TinyGLTF writer;
   if (!writer.WriteGltfSceneToStream(&model, stream, false, true) || !stream)
-    return failure("body.glb", "could not be put together");
+    return failure("body.glb", "cannot be assembled");
   return stream.str();
 }
 

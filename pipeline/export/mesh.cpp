@@ -212,7 +212,7 @@ Result<std::vector<Mesh>> part_meshes(const LabelMap& labels, const MeshOptions&
   }
 
   if (auto fits =
-          admit_memory("meshes", "making their surfaces", bytes_of_surfaces(boxes, labels.grid, options));
+          admit_memory("meshes", "building the surfaces", bytes_of_surfaces(boxes, labels.grid, options));
       !fits)
     return tl::unexpected(fits.error());
 
@@ -239,7 +239,7 @@ Result<std::vector<Mesh>> part_meshes(const LabelMap& labels, const MeshOptions&
   try {
     in_slabs(std::ssize(present), options.threads, [&](std::int64_t, std::int64_t) { make(); });
   } catch (const std::bad_alloc&) {
-    return out_of_memory("meshes", "making their triangles (a coarser grid has fewer)");
+    return out_of_memory("meshes", "building the triangles (a coarser grid has fewer)");
   }
   if (stopped) return failure("meshes", "were stopped");
   return meshes;

@@ -80,7 +80,7 @@ Result<std::vector<std::filesystem::path>> write_meshes(const std::filesystem::p
   std::set<std::string> names;
   for (const Mesh& mesh : meshes)
     if (!names.insert(file_name(mesh.name)).second)
-      return failure(folder.string(), "two parts would have one file: '" + file_name(mesh.name) + "'");
+      return failure(folder.string(), "two parts would share one file: '" + file_name(mesh.name) + "'");
   std::vector<std::filesystem::path> files;
   const auto write = [&](const Mesh& mesh, const char* ending, auto writer) {
     files.push_back(folder / (file_name(mesh.name) + ending));

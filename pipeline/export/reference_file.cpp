@@ -83,15 +83,15 @@ Result<GivenReference> from_csv(const std::filesystem::path& path, const std::ve
       if (!std::isfinite(value)) return wrong(fmt::format("has no number in column {}", column + 1));
       x.push_back(value);
     }
-    if (!out.times.empty() && !(x[0] > out.times.back())) return wrong("times do not rise");
+    if (!out.times.empty() && !(x[0] > out.times.back())) return wrong("times do not increase");
     out.times.push_back(x[0]);
     for (std::size_t i = 1; i < x.size(); i += 7) {
       const Quaternion q(x[i + 3], x[i + 4], x[i + 5], x[i + 6]);
-      if (!(std::abs(q.norm() - 1) < 1e-3)) return wrong("holds a quaternion that is not of unit length");
+      if (!(std::abs(q.norm() - 1) < 1e-3)) return wrong("contains a quaternion that is not of unit length");
       out.poses.push_back({rotation_matrix(q.normalized()), {x[i], x[i + 1], x[i + 2]}});
     }
   }
-  if (out.times.empty()) return bad_use(path.string(), "holds no rows");
+  if (out.times.empty()) return bad_use(path.string(), "contains no rows");
   return out;
 }
 

@@ -23,7 +23,7 @@ bool flat(const std::vector<Mesh>& meshes) {
 
 Result<void> draw_body(const std::string& path, const std::vector<Mesh>& meshes,
                        const PictureOptions& options) {
-  if (flat(meshes)) return failure(path, "has nothing to show: the meshes are empty");
+  if (flat(meshes)) return failure(path, "cannot show anything: the meshes are empty");
   if (!display_answers())
     return failure(path,
                    "cannot be drawn without an X display; run the program as 'xvfb-run -a borelli ...'");

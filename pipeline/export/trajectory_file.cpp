@@ -288,7 +288,7 @@ class Fill {
     if constexpr (std::is_integral_v<T>) {
       const double most = sizeof(T) > sizeof(int) ? 1e15 : 2e9;
       if (std::abs(value) < most) return static_cast<T>(value);
-      complain(fmt::format("{} holds {}, expected a whole number", name, value));
+      complain(fmt::format("{} is {}, expected a whole number", name, value));
       return T{};
     } else {
       return value;
@@ -331,7 +331,7 @@ void read_coordinates(Fill& fill, Trajectory& t) {
   for (const CoordinateInfo& c : t.coordinates) {
     const bool fits = c.q_index >= 0 && c.q_size >= 0 && c.q_index + c.q_size <= t.q.cols() &&
                       c.v_index >= 0 && c.v_size >= 0 && c.v_index + c.v_size <= t.v.cols();
-    if (!fits) fill.complain("the coordinate " + c.name + " lies outside of /q or /v");
+    if (!fits) fill.complain("the coordinate " + c.name + " lies outside /q or /v");
   }
 }
 
@@ -348,7 +348,7 @@ void read_poses(Fill& fill, Trajectory& t) {
     t.poses[i].p = Eigen::Map<const Eigen::Vector3d>(&p.values[3 * i]);
     const Quaternion turn = Eigen::Map<const Quaternion>(&q.values[4 * i]);
     if (!(std::abs(turn.norm() - 1) < 1e-6))
-      return fill.complain("/solids/orientation has a quaternion that is not unit");
+      return fill.complain("/solids/orientation has a quaternion that is not of unit length");
     t.poses[i].R = rotation_matrix(turn);
   }
 }
@@ -568,7 +568,7 @@ Result<void> write_trajectory(const Trajectory& trajectory, const std::string& s
   const std::string ending = path.extension().string();
   if (ending == ".h5" || ending == ".hdf5") return write_hdf5(trajectory, scene, path);
   if (ending == ".csv") return write_csv(trajectory, path);
-  return bad_use(path.string(), "ends in '" + ending + "', expected .h5, .hdf5 or .csv");
+  return bad_use(path.string(), "ends in '" + ending + "'; expected .h5, .hdf5 or .csv");
 }
 
 Result<StoredTrajectory> read_trajectory(const std::filesystem::path& path) {

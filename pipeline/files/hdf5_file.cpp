@@ -43,12 +43,12 @@ Result<bool> bears_digest(const std::filesystem::path& path) {
   if (!file) return false;
   if (const auto at = end.find(before_digest); at != 0 || end.back() != '\n') {
     if (at == std::string::npos) return false;
-    return failure(path.string(), "is damaged or cut short: its digest is not at its end");
+    return failure(path.string(), "is damaged or cut short: its checksum is missing at the end");
   }
   const auto digest = digest_of_start(path, static_cast<std::uint64_t>(rest));
   if (!digest) return tl::unexpected(digest.error());
   if (end == seal(*digest)) return true;
-  return failure(path.string(), "is damaged: its bytes are not those that were written (SHA-256)");
+  return failure(path.string(), "is damaged: its bytes differ from those written (SHA-256)");
 }
 
 double size_of_file(const std::filesystem::path& path) {
@@ -77,7 +77,7 @@ Hdf5Writer::Hdf5Writer(const std::filesystem::path& path) : path_(path.string())
   }
   functions_ = *hdf5;
   file_ = functions_->create(path_);
-  check(file_ >= 0, "HDF5 cannot make a file in memory");
+  check(file_ >= 0, "HDF5 cannot create a file in memory");
 }
 
 Hdf5Writer::~Hdf5Writer() {
@@ -114,7 +114,7 @@ void Hdf5Writer::attribute(const std::string& object, const std::string& name, d
 
 void Hdf5Writer::group(const std::string& name) {
   if (!problem_.empty()) return;
-  check(functions_->put_group(file_, name), "cannot make the group " + name);
+  check(functions_->put_group(file_, name), "cannot create the group " + name);
 }
 
 Result<void> Hdf5Writer::close() {
@@ -156,7 +156,7 @@ Result<Hdf5Reader> Hdf5Reader::open(const std::filesystem::path& path) {
   if (!hdf5) return tl::unexpected(hdf5.error());
   const std::int64_t file = (*hdf5)->open(path.string());
   if (file < 0)
-    return failure(path.string(), "is an HDF5 file, but damaged or cut short: it cannot be opened");
+    return failure(path.string(), "is an HDF5 file, but is damaged or cut short and cannot be opened");
   return Hdf5Reader(path.string(), file, **hdf5);
 }
 

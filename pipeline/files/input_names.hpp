@@ -11,8 +11,8 @@ namespace borelli {
 
 /// Help of the flag --keep-paths.
 inline constexpr const char* keep_paths_help =
-    "Name inputs in outputs by whole paths (default: by file names, since folders are often named after the "
-    "patient)";
+    "Write the full paths of inputs into the outputs (default: file names only, since folders are often "
+    "named after the patient)";
 
 class InputNames {
  public:

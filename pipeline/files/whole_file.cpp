@@ -157,7 +157,7 @@ std::string obstacle(const fs::path& folder, const std::string& name) {
   std::string found;
   for (auto next = missing.rbegin(); next != missing.rend() && found.empty(); ++next) {
     if (fs::create_directory(*next, problem)) made.push_back(*next);
-    if (problem) found = "the folder " + next->string() + " cannot be made: " + problem.message();
+    if (problem) found = "the folder " + next->string() + " cannot be created: " + problem.message();
   }
   if (found.empty()) {
     const fs::path probe = folder / partial_name(name);
@@ -173,8 +173,7 @@ std::string obstacle(const fs::path& folder, const std::string& name) {
 
 Result<void> check_no_folder(const fs::path& path) {
   std::error_code problem;
-  if (fs::is_directory(path, problem))
-    return bad_use(path.string(), "is a folder, expected the name of a file to write");
+  if (fs::is_directory(path, problem)) return bad_use(path.string(), "is a folder; name a file to write");
   return {};
 }
 
@@ -201,7 +200,7 @@ Result<void> check_writable(const fs::path& path, const std::vector<fs::path>& i
   std::error_code absent;
   for (const fs::path& input : inputs)
     if (fs::equivalent(path, input, absent))
-      return bad_use(path.string(), "is what this command reads; name another file");
+      return bad_use(path.string(), "is an input of this command; name another file");
   if (const std::string found = obstacle(folder_of(path), path.filename().string()); !found.empty())
     return failure(path.string(), "cannot be written: " + found);
   return {};
@@ -220,7 +219,7 @@ Result<void> write_whole(const fs::path& path, const std::function<Result<void>(
   std::error_code problem;
   const fs::path folder = folder_of(path);
   fs::create_directories(folder, problem);
-  if (problem) return failure(folder.string(), "cannot make this folder: " + problem.message());
+  if (problem) return failure(folder.string(), "cannot create this folder: " + problem.message());
   sweep_partial_files(path);
   const WriterInFolder writer(folder);
 
@@ -236,7 +235,7 @@ Result<void> write_whole(const fs::path& path, const std::function<Result<void>(
   if (done) done = sync(beside);
   if (done) {
     fs::rename(beside, path, problem);
-    if (problem) done = failure(path.string(), "cannot put the file in place: " + problem.message());
+    if (problem) done = failure(path.string(), "cannot be moved to its final name: " + problem.message());
   }
   if (done) return sync(folder, true);
   fs::remove(beside, problem);

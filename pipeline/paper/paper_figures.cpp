@@ -35,8 +35,8 @@ std::string verdict(const Trajectory& t) {
   for (const double e : total) strays = std::max(strays, std::abs(e - total.front()));
   const Certificate& c = t.certificate;
   const std::string text = fmt::format(
-      "The total energy strays by at most {:.3g} J from its start while {:.4g} J are turned over; the run's "
-      "certificate ",
+      "The total energy deviates by at most {:.3g} J from its start, with an energy turnover of {:.4g} J; "
+      "the run's certificate ",
       strays, c.energy_turnover);
   return text + (c.trusted ? "trusts it." : "marks it UNTRUSTED: " + c.reason + ".");
 }
@@ -52,7 +52,7 @@ Plot energies(const std::string& title, const Trajectory& t) {
 
 // Drift of the total energy, which is invisible at the scale of the energy figures.
 Plot straying(const std::string& title, const std::vector<std::pair<std::string, const Trajectory*>>& runs) {
-  Plot plot{title, {"time (s)"}, {"|total energy - at the start| (J)", true}, {}, {}};
+  Plot plot{title, {"time (s)"}, {"total energy - initial| (J)", true}, {}, {}};
   plot.x.low = 0, plot.x.high = runs.front().second->times.back();
   double largest = 0;
   for (const auto& [name, t] : runs) {
@@ -84,7 +84,7 @@ Plot step_sizes(const std::string& title, const Trajectory& t) {
 Result<Plot> shock_costs(const ShockRatioSettings& s) {
   const auto rows = shock_ratios(s);
   if (!rows) return tl::unexpected(rows.error());
-  Plot plot{"Beside figures 6 to 8: what the shock costs",
+  Plot plot{"Besides figures 6 to 8: what the shock costs",
             {"mass of cube over bar", true},
             {"evaluations of the equations", true},
             {},
@@ -106,10 +106,11 @@ Result<Plot> shock_costs(const ShockRatioSettings& s) {
     ratios += fmt::format("{}{:.{}f} at {:g}", ratios.empty() ? "" : ", ", ratio, ratio < 10 ? 1 : 0,
                           row.mass_ratio);
   }
-  plot.notes = {fmt::format("{:g} s; the total energy strays by {:g} of what the cube's fall through the "
-                            "bar's length sets free.",
-                            s.end, s.energy_error),
-                "Steps of one length (rk4) over the paper's adaptive ones: " + ratios + "."};
+  plot.notes = {
+      fmt::format("{:g} s; the total energy deviates by {:g} of the energy that the cube gains in falling by "
+                  "the bar's length.",
+                  s.end, s.energy_error),
+      "Evaluations of rk4 with fixed steps over those of the paper's adaptive method: " + ratios + "."};
   return plot;
 }
 
@@ -192,7 +193,7 @@ Result<std::vector<PaperFigure>> paper_figures(const PaperFigureSettings& s,
   }
   out.push_back(
       {"figures_2_3_4_drift",
-       straying("Beside figures 2 to 4: how far the total energy strays",
+       straying("Besides figures 2 to 4: deviation of the total energy",
                 {{"Euler", &turns[0]}, {"Runge-Kutta 2", &turns[1]}, {"Runge-Kutta 4", &turns[2]}})});
 
   begins("figure_6");
@@ -206,7 +207,7 @@ Result<std::vector<PaperFigure>> paper_figures(const PaperFigureSettings& s,
   out.push_back({"figure_7", energies("Figure 7: shock, adaptive Runge-Kutta 4", *adaptive)});
   out.push_back({"figure_8", step_sizes("Figure 8: shock, step size of adaptive Runge-Kutta 4", *adaptive)});
   out.push_back(
-      {"figures_6_7_drift", straying("Beside figures 6 and 7: how far the total energy strays",
+      {"figures_6_7_drift", straying("Besides figures 6 and 7: deviation of the total energy",
                                      {{fmt::format("Runge-Kutta 4, dt = {:g} s", s.shock_step), &*fixed},
                                       {"adaptive Runge-Kutta 4", &*adaptive}})});
 

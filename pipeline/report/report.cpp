@@ -53,7 +53,7 @@ Result<std::string> deflated(std::string_view bytes) {
   std::string packed(size, '\0');
   if (compress2(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(bytes.data()),
                 static_cast<uLong>(bytes.size()), 4) != Z_OK)
-    return failure("report.html", "not enough memory to pack its data");
+    return failure("report.html", "not enough memory to compress its data");
   packed.resize(size);
   return packed;
 }
@@ -242,13 +242,12 @@ Result<std::string> block(const char* name, std::string_view bytes) {
 /// The page up to its data.
 std::string head_of(const std::string& subject) {
   return fmt::format(
-      "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-      "{}\n"
-      "<meta name=\"color-scheme\" content=\"light dark\">\n<meta name=\"generator\" content=\"borelli\">\n"
-      "<link rel=\"icon\" href=\"data:,\">\n<title>{} – borelli</title>\n<style>{}</style>\n</head>\n<body>\n"
-      "<main id=\"page\"><noscript>This report draws itself with JavaScript, which is switched off here. The "
-      "same numbers stand in the files beside it.</noscript></main>\n",
+      "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" "
+      "content=\"width=device-width, initial-scale=1\">\n{}\n<meta name=\"color-scheme\" content=\"light "
+      "dark\">\n<meta name=\"generator\" content=\"borelli\">\n<link rel=\"icon\" "
+      "href=\"data:,\">\n<title>{} – borelli</title>\n<style>{}</style>\n</head>\n<body>\n<main "
+      "id=\"page\"><noscript>This report needs JavaScript, which is switched off here. The files beside it "
+      "hold the same numbers.</noscript></main>\n",
       page_policy, html_text(subject), data::viewer_style);
 }
 
@@ -327,7 +326,9 @@ Result<void> write_report(const ReportInputs& inputs, const fs::path& path) {
   std::ofstream file(path, std::ios::binary);
   file.write(page->data(), static_cast<std::streamsize>(page->size()));
   file.close();
-  if (!file) return failure(path.string(), "could not be written; is the disk full or the folder read-only?");
+  if (!file)
+    return failure(path.string(),
+                   "cannot be written; check the folder's permissions and the free disk space");
   return {};
 }
 

@@ -41,7 +41,7 @@ Result<json> read_object(const fs::path& path) {
   if (!bytes) return tl::unexpected(bytes.error());
   auto object = parse_json(*bytes, path.string());
   if (!object || !object->is_object())
-    return failure(path.string(), "is damaged: remove it, and the next run makes it again");
+    return failure(path.string(), "is damaged; remove it, and the next run writes it again");
   return object;
 }
 
@@ -75,12 +75,10 @@ Result<json> build_scene(RunData& data) {
   const PartInertials present = movable_parts(**table, warnings);
   if (present.empty())
     if (const auto scan = data.scan(); scan && (*scan)->volume.quantity == Quantity::mr)
-      return failure(
-          data.settings.volume,
-          "is MR, in which no part can be told by itself: segmentation/labels.nii.gz and inertia/table.csv "
-          "hold "
-          "its tissues; for a body that moves give a label map (--labels with --label-mapping) or the joints "
-          "(--landmarks)");
+      return failure(data.settings.volume,
+                     "is an MR volume, which does not show the parts by itself; segmentation/labels.nii.gz "
+                     "and inertia/table.csv describe its tissues; for a moving body give a label map "
+                     "(--labels with --label-mapping) or the joints (--landmarks)");
   const SkeletonOptions options{data.settings.subject, data.settings.leap, told_absent(**table)};
   auto skeleton = build_skeleton(present, (*segmentation)->landmarks, options);
   if (!skeleton) return tl::unexpected(skeleton.error());
@@ -107,7 +105,7 @@ Result<json> find_smallest(RunData& data, const StageProgress& progress) {
       scene_economy(**scene, asked, [&](const std::string&, double share) { progress(share); });
   if (!economy) return tl::unexpected(economy.error());
   Scene smallest = economy->smallest;
-  smallest.description += fmt::format("\nOf the whole model {}.", in_words(*economy));
+  smallest.description += fmt::format("\nReduced from the whole model: {}.", in_words(*economy));
   const auto text = write_scene(smallest);
   if (!text) return tl::unexpected(text.error());
   if (auto written = write_whole(data.file("model/smallest.toml"), *text); !written)
@@ -155,9 +153,10 @@ Result<json> simulate_scene(RunData& data, const StageProgress& progress) {
   if (!certificate.trusted && !data.settings.untrusted_is_fine)
     return failure(
         (*scene)->name,
-        fmt::format("the motion is not to be trusted: {} ({}--allow-untrusted goes on with it)",
-                    certificate.reason,
-                    method_is_adaptive((*scene)->simulation.method) ? "" : "give a shorter --step; "));
+        fmt::format(
+            "the certificate does not trust the motion: {} ({}give --allow-untrusted to continue with it)",
+            certificate.reason,
+            method_is_adaptive((*scene)->simulation.method) ? "" : "give a shorter --step; "));
   const auto text = write_scene(**scene);
   if (!text) return tl::unexpected(text.error());
   for (const char* name : {"motion/trajectory.h5", "motion/trajectory.csv"})
@@ -167,7 +166,8 @@ Result<json> simulate_scene(RunData& data, const StageProgress& progress) {
         !written)
       return tl::unexpected(written.error());
   Warnings warnings = warnings_of(certificate, *system);
-  if (!certificate.trusted) warnings.push_back("the motion is not to be trusted: " + certificate.reason);
+  if (!certificate.trusted)
+    warnings.push_back("the certificate does not trust the motion: " + certificate.reason);
   json answer{{"warnings", warnings}, {"certificate", json_of(certificate)}};
   data.keep(std::move(*trajectory));
   return answer;
@@ -223,11 +223,11 @@ Result<json> draw_picture(RunData& data) {
   if (!display_answers()) {
     std::error_code ignored;
     fs::remove(data.file("body.png"), ignored);  // from an earlier run with other parts
-    return json{
-        {"warnings",
-         {"no picture (body.png): there is no X display; run the program as 'xvfb-run -a borelli ...'"}},
-        {"files", json::array()},
-        {"key", ""}};
+    return json{{"warnings",
+                 {"no picture (body.png) was drawn, because there is no X display; run the program as "
+                  "'xvfb-run -a borelli ...'"}},
+                {"files", json::array()},
+                {"key", ""}};
   }
   const auto meshes = data.meshes();
   if (!meshes) return tl::unexpected(meshes.error());

@@ -66,7 +66,7 @@ Result<const ScannedVolume*> RunData::scan(const Progress& progress) {
     if (read) add_reader_warnings(read->warnings);
     if (read && !settings.density_curve.empty() && read->volume.quantity != Quantity::hu)
       return bad_use("--density-curve",
-                     "is from CT numbers, and " + settings.volume + " holds none: leave it out");
+                     "applies to CT numbers, and " + settings.volume + " contains none; leave it out");
     return read;
   });
 }

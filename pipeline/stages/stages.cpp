@@ -42,7 +42,7 @@ Result<json> outputs_of(const Stage& stage, const json& answer, const fs::path& 
   for (const auto& file : files) {
     std::error_code problem;
     const auto bytes = fs::file_size(folder / file, problem);
-    if (problem) return failure(stage.name, "left no " + (folder / file).string());
+    if (problem) return failure(stage.name, "did not write " + (folder / file).string());
     outputs[file] = bytes;
   }
   return outputs;
@@ -118,23 +118,22 @@ Standing standing_of(const Stage& stage, const json& past, const std::string& ke
 Result<void> keep_by_hand(const Stage& stage, const Standing& standing, const fs::path& folder) {
   const bool all_editable = stage.editable.size() == stage.outputs.size();
   if (standing.all_there && (standing.same_key || all_editable)) return {};
-  return bad_use(
-      (folder / standing.by_hand.front().output.file).string(),
-      fmt::format("was changed by hand, and the stage '{}' that made it must be done again ({}): move "
-                  "it away, or --force makes everything anew",
-                  stage.name,
-                  standing.all_there ? "its settings or inputs are others now"
-                                     : "another of its files is missing or damaged"));
+  return bad_use((folder / standing.by_hand.front().output.file).string(),
+                 fmt::format("was changed by hand, and the stage '{}' that wrote it must run again ({}); "
+                             "move the file away, or give --force to repeat everything",
+                             stage.name,
+                             standing.all_there ? "its settings or inputs have changed"
+                                                : "another of its files is missing or damaged"));
 }
 
 // The entry of a stage whose files were edited by hand.
 json entry_by_hand(json past, const Standing& standing) {
   past["by_hand"] = json::array();
   for (const auto& [output, digest] : standing.by_hand)
-    past["by_hand"].push_back(fmt::format(
-        "{} was changed by hand: kept{}{}; --force makes it anew", output.file,
-        output.used.empty() ? "" : ", though what follows reads " + output.used,
-        standing.same_key ? "" : ", though the settings or inputs that it was made from are others now"));
+    past["by_hand"].push_back(
+        fmt::format("{} was changed by hand and is kept{}{}; --force writes it again", output.file,
+                    output.used.empty() ? "" : ", although later stages read " + output.used,
+                    standing.same_key ? "" : ", although the settings or inputs behind it have changed"));
   if (!past.contains("warnings")) past["warnings"] = json::array();
   past["warnings"].insert(past["warnings"].end(), past["by_hand"].begin(), past["by_hand"].end());
   return past;
@@ -396,7 +395,7 @@ Result<json> run_stages(const FolderLock& lock, const json& head, const std::vec
         parsed = tl::unexpected(fine.error());
     if (!parsed)
       return failure(parsed.error().where,
-                     parsed.error().what + ": this is not the record of a run; remove it or use --force");
+                     parsed.error().what + ": this is not the record of a run; remove it or give --force");
     before = std::move(*parsed);
   }
   sweep_partial_files_below(folder);

@@ -259,7 +259,7 @@ void add_simulate(CLI::App& program, Command& command) {
       ->check(positive_number());
   verb->add_option(
           "--energy-threshold", o->energy_threshold,
-          "Largest trusted energy drift, relative to the energy exchanged; 0 uses the method's own limit")
+          "Largest trusted energy drift, relative to the energy turnover; 0 uses the method's own limit")
       ->check(number_not_negative());
   verb->add_option("--checkpoint", o->checkpoint,
                    "File that stores the run at intervals and on ^C; the same command continues from it and "

@@ -129,7 +129,7 @@ TEST(Belonging, ExchangedSidesAreTold) {
       << compare_sides(labels);
   for (std::string& name : labels.names)
     if (name.starts_with("upper_arm") || name.starts_with("forearm") || name.starts_with("hand")) name = "";
-  EXPECT_NE(compare_sides(labels).find("left and right are exchanged, or the header is mirrored"),
+  EXPECT_NE(compare_sides(labels).find("left and right are swapped, or the header is mirrored"),
             std::string::npos);
 }
 
@@ -154,8 +154,7 @@ TEST(Belonging, LandmarksOfAnotherBodyThanTheTablesAreRefused) {
        {others([](Eigen::Vector3d& p) { p[2] += 400; }), others([](Eigen::Vector3d& p) { p[0] *= -1; }),
         others([](Eigen::Vector3d& p) { p *= 1e-3; })}) {
     ASSERT_FALSE(refused);
-    EXPECT_NE(refused.error().message().find("another body or another pose than the table"),
-              std::string::npos);
+    EXPECT_NE(refused.error().message().find("another body or pose than the table"), std::string::npos);
   }
 }
 

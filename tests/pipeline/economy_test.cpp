@@ -299,7 +299,7 @@ TEST(Economy, RefusesWhatItCannotTell) {
     EXPECT_EQ(run.code, 2) << arguments;
     return run.err;
   };
-  EXPECT_NE(refused_words("none.toml --tolerance 200%").find("give a share from 1e-07 to 100 %"),
+  EXPECT_NE(refused_words("none.toml --tolerance 200%").find("is not between 1e-07 and 100 %"),
             std::string::npos);
   EXPECT_NE(refused_words("none.toml").find("none.toml: no such file"), std::string::npos);
   const std::string volume = folder.write("v.nii.gz", "");
@@ -313,7 +313,7 @@ TEST(Economy, RefusesWhatItCannotTell) {
   chaotic.simulation.end_time = 60;
   const auto refused = scene_economy(chaotic, {});
   ASSERT_FALSE(refused);
-  EXPECT_NE(refused.error().message().find("cannot be had to 0.0001"), std::string::npos)
+  EXPECT_NE(refused.error().message().find("cannot be computed to 0.0001"), std::string::npos)
       << refused.error().message();
 }
 

@@ -204,8 +204,8 @@ TEST(Glb, RefusesMeshesThatAreNone) {
     return answer ? std::string("accepted") : answer.error().message();
   };
   EXPECT_NE(said({}).find("nothing to draw"), std::string::npos);
-  EXPECT_NE(said({Mesh{"head", {{0, 0, 0}}, {}}}).find("head: its mesh has no triangle"), std::string::npos);
-  EXPECT_NE(said({Mesh{"head", {{0, 0, 0}}, {{0, 0, 3}}}}).find("names point 3 of a mesh with 1"),
+  EXPECT_NE(said({Mesh{"head", {{0, 0, 0}}, {}}}).find("head: its mesh has no triangles"), std::string::npos);
+  EXPECT_NE(said({Mesh{"head", {{0, 0, 0}}, {{0, 0, 3}}}}).find("refers to point 3 of a mesh with 1"),
             std::string::npos);
   EXPECT_NE(said({Mesh{"head", {{0, 0, std::nanf("")}}, {{0, 0, 0}}}}).find("not finite"), std::string::npos);
   EXPECT_NE(said({capsule_meshes()[0], capsule_meshes()[0]}).find("two meshes"), std::string::npos);

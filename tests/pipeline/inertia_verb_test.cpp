@@ -163,8 +163,8 @@ TEST_F(InertiaVerb, FramesOfTheIsbAreThereOrNotCalledSo) {
   const ProgramRun bare = run_program(isb + " --landmarks " + file("joints.json"));
   EXPECT_EQ(bare.code, 0) << bare.err;
   EXPECT_NE(bare.out.find("frames: joints"), std::string::npos) << bare.out;
-  EXPECT_NE(bare.err.find("no segment has a frame after the ISB"), std::string::npos) << bare.err;
-  EXPECT_NE(bare.out.find("no frame after the ISB, for want of"), std::string::npos) << bare.out;
+  EXPECT_NE(bare.err.find("no segment has the landmarks of an ISB frame"), std::string::npos) << bare.err;
+  EXPECT_NE(bare.out.find("no ISB frame, because a landmark is missing"), std::string::npos) << bare.out;
 }
 
 TEST_F(InertiaVerb, RefusesBadUseWithCodeTwo) {

@@ -89,11 +89,11 @@ TEST(IsbFrames, SayForWantOfWhatTheyAreNotThere) {
   const Matrix3d before = frame.R_WA;
   lay_isb_frame(frame, "lower_trunk", marks);
   EXPECT_EQ(frame.R_WA, before);
-  EXPECT_TRUE(frame.axes.ends_with("(not the ISB's, for want of psis_left)")) << frame.axes;
+  EXPECT_TRUE(frame.axes.ends_with("(not the ISB's, because psis_left is missing)")) << frame.axes;
   EXPECT_TRUE(frame.origin_name.empty());
   auto head = *segment_frame("head", body.landmarks, body.exact[1]);
   lay_isb_frame(head, "head", body.landmarks);
-  EXPECT_TRUE(head.axes.ends_with("(none of the ISB's for this segment)")) << head.axes;
+  EXPECT_TRUE(head.axes.ends_with("(the ISB defines none for this segment)")) << head.axes;
 }
 
 // What segmentation finds in a scan is enough for every frame, and turns none by more than landmarks that are

@@ -181,7 +181,7 @@ TEST(Measure, RefusesWhatDoesNotBelongTogether) {
   other.grey.quantity = Quantity::density_kgm3;
   const auto curved = measure(other.grey, scan.labels, {}, options);
   ASSERT_FALSE(curved);
-  EXPECT_NE(curved.error().message().find("the volume holds densities"), std::string::npos);
+  EXPECT_NE(curved.error().message().find("the volume contains densities"), std::string::npos);
   other = scan;
   std::fill(other.labels.voxels.begin(), other.labels.voxels.end(), std::uint8_t{0});
   EXPECT_FALSE(measure(other.grey, other.labels, {}));

@@ -55,8 +55,7 @@ TEST(Outputs, AFileInTheWayIsToldBeforeTheWork) {
     expect_refused(filled(writer.arguments, folder / "link/below"), "cannot be made", folder);
     if (*writer.file == '\0') continue;
     fs::create_directories(folder.path() / (std::string("out") + writer.file));
-    expect_refused(filled(writer.arguments, folder / "out"), "is a folder, expected the name of a file",
-                   folder);
+    expect_refused(filled(writer.arguments, folder / "out"), "is a folder; name a file", folder);
   }
 }
 
@@ -78,8 +77,7 @@ TEST(Outputs, AFolderInPlaceOfAnyFileIsToldBeforeTheWork) {
     for (const fs::path& file : made) {
       fs::remove_all(out);
       fs::create_directories(file);
-      expect_refused(of + " -o " + out.string(), file.string() + ": is a folder, expected the name of a file",
-                     folder);
+      expect_refused(of + " -o " + out.string(), file.string() + ": is a folder; name a file", folder);
     }
   }
 }

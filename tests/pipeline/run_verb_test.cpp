@@ -192,7 +192,8 @@ TEST_F(RunVerb, WhatAUserEditedIsKeptAndUsed) {
   EXPECT_EQ(stages_done(run), (Names{"motion", "glb", "report"}));
   EXPECT_EQ(read_input_file(result("model/scene.toml")).value(), scene);
   const ProgramRun again = run_program("run " + run);
-  const std::string said = "warning: skeleton: model/scene.toml was changed by hand: kept; --force makes it";
+  const std::string said =
+      "warning: skeleton: model/scene.toml was changed by hand and is kept; --force writes it";
   EXPECT_NE(again.err.find(said), std::string::npos) << again.err;
 
   // landmarks by hand, from which the table and all that follows is made; the scene by hand stays
@@ -348,7 +349,7 @@ TEST_F(RunVerb, TwoAtOnceInOneFolderAreRefusedAndAKilledOneBlocksNone) {
   first.halt();
   const std::string settings = read_input_file(result("settings.toml")).value();
   EXPECT_NE(settings.find("waiting"), std::string::npos);
-  expect_refused("run " + path("scan.mhd") + words(), 1, "another run is at work in this folder");
+  expect_refused("run " + path("scan.mhd") + words(), 1, "another run is using this folder");
   EXPECT_EQ(read_input_file(result("settings.toml")).value(), settings);  // the first one's still
 
   first.kill();
@@ -502,7 +503,7 @@ TEST_F(RunVerb, RefusesBeforeAnythingIsMade) {
   const std::string keep = "run " + path("scan.mhd") + words() + " --tolerance 5% --keep ";
   expect_refused(keep + "turn:nosuch", 2, "quantity 'turn:nosuch': the scene has no solid of that name");
   expect_refused(keep + "coordinate:spine", 2, "no moving coordinate of that name");
-  expect_refused(keep + "solid:head:1,2", 2, "its point is not three numbers");
+  expect_refused(keep + "solid:head:1,2", 2, "its point must be three numbers");
   expect_refused("run " + path("scan.mhd") +
                      " --quantity hu --segments trunk,leg_left --tolerance 5% --keep solid:head -o " +
                      path("out"),

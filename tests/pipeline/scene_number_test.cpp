@@ -81,14 +81,12 @@ TEST(SceneNumber, ThatIsNotThereNamesItsNeighbours) {
   EXPECT_NE(with_number(text, "t.toml", "effort[sprin].stiffness", 1)
                 .error()
                 .message()
-                .find("nearest to that are effort[spring].stiffness, "),
+                .find("the nearest are effort[spring].stiffness, "),
             std::string::npos);
   // all of what the path names, though others are spelt more alike
-  EXPECT_NE(with_number(text, "t.toml", "spring.k", 1)
-                .error()
-                .message()
-                .find("nearest to that are effort[spring]."),
-            std::string::npos);
+  EXPECT_NE(
+      with_number(text, "t.toml", "spring.k", 1).error().message().find("the nearest are effort[spring]."),
+      std::string::npos);
 }
 
 }  // namespace

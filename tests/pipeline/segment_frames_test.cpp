@@ -112,7 +112,7 @@ TEST(SegmentFrames, DoWithoutLandmarksOrSaySo) {
   some.erase("lateral_malleolus_left");
   const auto thigh = segment_frame("thigh_left", some, {});
   ASSERT_TRUE(thigh);
-  EXPECT_NE(thigh->axes.find("for want of epicondyles"), std::string::npos);
+  EXPECT_NE(thigh->axes.find("because the epicondyles are missing"), std::string::npos);
   some.erase("ankle_left");
   EXPECT_FALSE(segment_frame("shank_left", some, {}));
   some = standing().landmarks;
@@ -126,7 +126,7 @@ TEST(SegmentFrames, DoWithoutLandmarksOrSaySo) {
   const auto trunk = segment_frame("middle_trunk", some, {});
   const auto notes = endpoint_notes(*trunk, "middle_trunk", some);
   ASSERT_EQ(notes.size(), 1u);
-  EXPECT_EQ(notes[0], "XYPH is not seen but placed by proportion");
+  EXPECT_EQ(notes[0], "XYPH is not visible; it was placed by proportion");
   EXPECT_TRUE(endpoint_notes(*trunk, "middle_trunk", some, "xiphion placed by proportion").empty());
 }
 
@@ -140,7 +140,7 @@ TEST(SegmentFrames, TrunkEndpointsDoWithoutANeck) {
   EXPECT_EQ(frame->from_point, whole->from_point);
   EXPECT_EQ(frame->long_axis, -Vector3d::UnitZ());  // along the patient's axes
   EXPECT_DOUBLE_EQ(frame->length(), frame->from_point.z() - frame->to_point.z());
-  EXPECT_NE(frame->axes.find("for want of the neck"), std::string::npos);
+  EXPECT_NE(frame->axes.find("because the neck"), std::string::npos);
   some.erase("omphalion");  // neither axes nor a length
   EXPECT_FALSE(segment_frame("middle_trunk", some, {}));
 }

@@ -161,7 +161,7 @@ TEST(SegmentRows, WhatTheScanLacksIsSaid) {
   options.segments = choose_segments("head").value();
   const auto none = measure(blurred().grey, labels, {}, options);
   ASSERT_FALSE(none);
-  EXPECT_EQ(none.error().message(), "--segments head: none of them is in the scan");
+  EXPECT_EQ(none.error().message(), "--segments head: none of these segments is in the scan");
 }
 
 }  // namespace

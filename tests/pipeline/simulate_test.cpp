@@ -362,9 +362,9 @@ TEST(Simulate, WritesOverNothingThatItReads) {
   std::filesystem::create_symlink(own, folder / "link.csv");
   for (const std::string& output :
        {own, own.substr(0, own.rfind('/')) + "/./scene.csv", std::string(folder / "link.csv")})
-    expect_refused("simulate " + own + " -o " + output, 2, "is what this command reads", folder, 2);
+    expect_refused("simulate " + own + " -o " + output, 2, "is an input of this command", folder, 2);
   const std::string json = folder.write("scene.json", scene);
-  expect_refused("equilibrium " + json + " -o " + json, 2, "is what this command reads", folder, 3);
+  expect_refused("equilibrium " + json + " -o " + json, 2, "is an input of this command", folder, 3);
   expect_refused("equilibrium " + own + " -o " + (folder / "rest.toml").string(), 2, "is not a .json file",
                  folder, 3);
   EXPECT_EQ(text_of(own), scene);

@@ -165,12 +165,12 @@ TEST(StabilityVerb, SaysInASentenceWhatIsWrong) {
     EXPECT_EQ(run.code, 2) << arguments;
     EXPECT_NE(run.err.find(words), std::string::npos) << run.err;
   };
-  refused("--vary 'solid[cub].shape.mass=1:2'", "nearest to that are solid[cube].shape.mass,");
+  refused("--vary 'solid[cub].shape.mass=1:2'", "the nearest are solid[cube].shape.mass,");
   refused("--vary 'solid[cube].shape.mass'", "expected PATH=LOW:HIGH");
-  refused("--vary 'solid[cube].shape.mass=2:1'", "--vary: is '2:1', expected LOW:HIGH");
+  refused("--vary 'solid[cube].shape.mass=2:1'", "--vary: is '2:1'; expected LOW:HIGH");
   refused("--step=-1,1", "a step or tolerance is -1");
   refused("--long 100 --step 1:2", "long runs need one positive number");
-  refused("--most-steps 100", "runs have 200 to 100 steps");
+  refused("--most-steps 100", "runs are limited to 200 to 100 steps");
   refused(samples + "pendulum.toml --vary gravity[2]=1:2", "applies to a single scene");
 }
 

@@ -339,7 +339,7 @@ TEST_F(Stages, AFileChangedByHandStaysAndWhatDependsOnItIsDoneAgain) {
   editable = {{"one.txt"}};
   ASSERT_TRUE(run());
   edit("one.txt", "One");  // as long as it was
-  const std::string kept = "one.txt was changed by hand: kept; --force makes it anew";
+  const std::string kept = "one.txt was changed by hand and is kept; --force writes it again";
   for (const Names& done : {Names{"two"}, Names{}}) {
     const auto record = run();
     ASSERT_TRUE(record);
@@ -378,9 +378,9 @@ TEST_F(Stages, AFileThatNothingReadsIsKeptAndSaysWhatIsRead) {
   const auto record = run();
   ASSERT_TRUE(record);
   EXPECT_EQ(ran, Names{});
-  EXPECT_EQ(
-      (*record)["stages"][0]["warnings"][1],
-      "one.txt was changed by hand: kept, though what follows reads another.txt; --force makes it anew");
+  EXPECT_EQ((*record)["stages"][0]["warnings"][1],
+            "one.txt was changed by hand and is kept, although later stages read another.txt; --force writes "
+            "it again");
 }
 
 TEST_F(Stages, AStoppedRunForgetsNoFileThatWasChangedByHand) {
@@ -411,7 +411,7 @@ TEST_F(Stages, AFolderIsLockedOnceAtATime) {
     ASSERT_TRUE(lock);
     const auto second = FolderLock::take(folder / "deep");
     ASSERT_FALSE(second);
-    EXPECT_NE(second.error().what.find("another run is at work"), std::string::npos);
+    EXPECT_NE(second.error().what.find("another run is using this folder"), std::string::npos);
   }
   EXPECT_TRUE(FolderLock::take(folder / "deep"));
   std::ofstream(folder / "file") << "";

@@ -15,7 +15,7 @@ TEST(Subject, TheHeadersSexCountsWhereTheUserSaysNone) {
   const Subject said = subject_of(scan_of("female", 34), "");
   EXPECT_EQ(said.sex, "female");
   ASSERT_EQ(said.notes.size(), 1U);
-  EXPECT_EQ(said.notes[0], "sex female, as the DICOM header says (--sex goes before it)");
+  EXPECT_EQ(said.notes[0], "sex female comes from the DICOM header (--sex overrides it)");
   EXPECT_EQ(subject_of(scan_of("", {}), "").sex, "");
   EXPECT_TRUE(subject_of(scan_of("", {}), "male").notes.empty());
 }

@@ -358,12 +358,12 @@ TEST_F(TrajectoryFile, OddFilesEndInASentenceThatNamesTheArray) {
       {"del f['energy/work']; f['energy/work'] = np.zeros(4)", "/energy/work has 4 entries, expected 5"},
       {"del f['v']; f['v'] = np.zeros(5)", "/v has 1 dimensions, expected 2"},
       {"del f['solids/position']; f['solids/position'] = np.zeros((5, 2, 3))", "one pose per time and solid"},
-      {"f['solids/orientation'][0, 0] = [0, 0, 0, 0]", "not unit"},
+      {"f['solids/orientation'][0, 0] = [0, 0, 0, 0]", "not of unit length"},
       {"f['coordinates/q_index'][1] = 9", "slide lies outside"},
       {"f['coordinates/q_index'][1] = float('nan')", "expected a whole number"},
       {"del f['certificate'].attrs['trusted']", "trusted of /certificate is missing"},
-      {"f['certificate'].attrs['trusted'] = 'yes'", "is not one number"},
-      {"del f['solids/name']; f['solids/name'] = [1., 2., 3.]", "does not hold texts"},
+      {"f['certificate'].attrs['trusted'] = 'yes'", "is not a single number"},
+      {"del f['solids/name']; f['solids/name'] = [1., 2., 3.]", "does not contain texts"},
       {"f.attrs['version'] = 7.", "version 7, expected 1"},
       {"f.attrs['format'] = 'other'", "not a trajectory"}};
   for (const auto& [edit, said] : edits) {

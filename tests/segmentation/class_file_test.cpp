@@ -289,7 +289,7 @@ TEST_F(ClassFile, AFolderOfMasksIsTheSameLabelMap) {
   EXPECT_NE(message().find("does not know 1 of its classes (moon)"), std::string::npos) << message();
   // a file of many values is no mask
   std::filesystem::copy(write("2"), masks + "/all.nii.gz");
-  EXPECT_NE(message().find("all.nii.gz: is no mask"), std::string::npos) << message();
+  EXPECT_NE(message().find("all.nii.gz: is not a mask"), std::string::npos) << message();
   std::filesystem::remove(masks + "/all.nii.gz");
   // two files of one class, and another grid
   std::filesystem::copy(masks + "/brain.nii.gz", masks + "/brain.nii");

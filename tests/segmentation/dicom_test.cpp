@@ -181,7 +181,7 @@ TEST(Dicom, TakesTheLargestCtSeriesAndSaysSo) {
   ASSERT_TRUE(read) << read.error().message();
   EXPECT_EQ(read->series_description, "thorax");
   EXPECT_EQ(read->volume.grid.size[2], 5);
-  EXPECT_TRUE(says(read->warnings, "of 3 series the largest CT was taken, CT 'thorax' (5 slices of 6 x 5)"));
+  EXPECT_TRUE(says(read->warnings, "found 3 series; read the largest CT, CT 'thorax' (5 slices of 6 x 5)"));
   EXPECT_TRUE(says(read->warnings, "CT 'scout' (2 slices"));
 }
 
@@ -374,9 +374,9 @@ TEST(Dicom, CopiesAreTakenOnceAndPhasesParted) {
   const auto parted = read_volume(phases.path());
   ASSERT_TRUE(parted) << parted.error().message();
   EXPECT_EQ(parted->volume.grid.size[2], 5);
-  EXPECT_TRUE(says(parted->warnings,
-                   "of 2 volumes of one series the largest CT was taken, CT 'body', "
-                   "acquisition 1 (5 slices of 6 x 5)"))
+  EXPECT_TRUE(says(
+      parted->warnings,
+      "found 2 volumes of one series; read the largest CT, CT 'body', acquisition 1 (5 slices of 6 x 5)"))
       << fmt::format("{}", fmt::join(parted->warnings, "\n"));
 }
 

@@ -80,7 +80,7 @@ TEST(GivenLandmarks, WhatIsWrongIsTold) {
   expect("p.fcsv", "# CoordinateSystem = 2\n", "p.fcsv:1: CoordinateSystem is \"2\"");
   expect("p.fcsv", columns + "1,2,x,4,neck\n", "p.fcsv:2: y is 'x'");
   expect("p.fcsv", columns + "1,2,nan,4,neck\n", "p.fcsv:2: y is 'nan'");
-  expect("p.fcsv", columns + "1,2,3,4,neck\n2,2,3,4,Neck\n", "two points for neck");
+  expect("p.fcsv", columns + "1,2,3,4,neck\n2,2,3,4,Neck\n", "two points named neck");
   expect("p.fcsv", columns + "1,2,3,4,nose\n", "found: 'nose'");
   expect("p.fcsv", "", "no placed point");
   std::string text = list;

@@ -244,8 +244,8 @@ TEST(LabelFile, RefusesWhatIsNoLabelMap) {
   const std::vector<std::pair<std::string, std::string>> tables{
       {"", "header"},
       {"number\tname\n", "header"},
-      {"label\tname\n1 liver\n", ".tsv:2: has no tab"},
-      {"label\tname\n1\tliver\nx\tspleen\n", ".tsv:3: a label is a whole number"},
+      {"label\tname\n1 liver\n", ".tsv:2: no tab"},
+      {"label\tname\n1\tliver\nx\tspleen\n", ".tsv:3: expected a label, a whole number"},
       {"label\tname\n1\tliver\n1\tspleen\n", "label 1 appears twice"},
       {"label\tname\n1\tliver\n2\tliver\n", "'liver' appears twice"},
       {"label\tname\n1\t\n", "no name"},

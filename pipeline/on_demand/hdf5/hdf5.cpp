@@ -136,11 +136,11 @@ std::string image(std::int64_t file, std::string& bytes, std::size_t room) {
   const Quiet quiet;
   if (H5Fflush(file, H5F_SCOPE_LOCAL) < 0) return "HDF5 cannot complete the file";
   const ssize_t size = H5Fget_file_image(file, nullptr, 0);
-  if (size <= 0) return "HDF5 cannot tell the file's size";
+  if (size <= 0) return "HDF5 cannot determine the file's size";
   bytes.reserve(static_cast<std::size_t>(size) + room);
   bytes.resize(static_cast<std::size_t>(size));
   return H5Fget_file_image(file, bytes.data(), bytes.size()) == size ? ""
-                                                                     : "HDF5 cannot give the file's bytes";
+                                                                     : "HDF5 cannot return the file's bytes";
 }
 
 std::int64_t open(const std::string& path) {
@@ -164,7 +164,7 @@ std::string numbers(std::int64_t file, const std::string& name, double size,
   if (!array) return "is not an array, or damaged";
   const Handle type(H5Dget_type(array), H5Tclose), space(H5Dget_space(array), H5Sclose);
   const H5T_class_t kind = type ? H5Tget_class(type) : H5T_NO_CLASS;
-  if (kind != H5T_FLOAT && kind != H5T_INTEGER) return "does not hold numbers";
+  if (kind != H5T_FLOAT && kind != H5T_INTEGER) return "does not contain numbers";
 
   const int rank = H5Sget_simple_extent_ndims(space);
   if (rank < 0) return "is damaged: it has no shape";
@@ -173,7 +173,7 @@ std::string numbers(std::int64_t file, const std::string& name, double size,
   // a damaged header can claim any size; compressed numbers need at least a thousandth of their unpacked size
   double claimed = 8;
   for (const hsize_t s : sizes) claimed *= static_cast<double>(s);
-  if (claimed > 1000 * size) return "claims more numbers than the file can hold";
+  if (claimed > 1000 * size) return "claims more numbers than the file can contain";
 
   if (!admit(claimed)) return "does not fit into memory";
   out.shape.assign(sizes.begin(), sizes.end());
@@ -189,9 +189,9 @@ std::string texts(std::int64_t file, const std::string& name, double size, std::
   if (!array) return "is not an array, or damaged";
   const Handle type(H5Dget_type(array), H5Tclose), space(H5Dget_space(array), H5Sclose), memory = text_type();
   if (!type || H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) <= 0)
-    return "does not hold texts of free length";
+    return "does not contain texts of variable length";
   const hssize_t count = H5Sget_simple_extent_npoints(space);
-  if (count < 0 || static_cast<double>(count) > size) return "claims more texts than the file can hold";
+  if (count < 0 || static_cast<double>(count) > size) return "claims more texts than the file can contain";
   std::vector<char*> pointers(static_cast<std::size_t>(count), nullptr);
   if (count > 0 && H5Dread(array, memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, pointers.data()) < 0)
     return "is damaged or cut short";
@@ -210,7 +210,7 @@ std::string text_attribute(std::int64_t file, const std::string& object, const s
       memory = text_type();
   if (!type || H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) <= 0 ||
       H5Sget_simple_extent_npoints(space) != 1)
-    return "is not one text";
+    return "is not a single text";
   char* pointer = nullptr;
   if (H5Aread(attribute, memory, &pointer) < 0) return "is damaged";
   out = pointer ? pointer : "";
@@ -227,7 +227,7 @@ std::string number_attribute(std::int64_t file, const std::string& object, const
   const Handle type(H5Aget_type(attribute), H5Tclose), space(H5Aget_space(attribute), H5Sclose);
   const H5T_class_t kind = type ? H5Tget_class(type) : H5T_NO_CLASS;
   if ((kind != H5T_FLOAT && kind != H5T_INTEGER) || H5Sget_simple_extent_npoints(space) != 1)
-    return "is not one number";
+    return "is not a single number";
   return H5Aread(attribute, H5T_NATIVE_DOUBLE, &out) >= 0 ? "" : "is damaged";
 }
 

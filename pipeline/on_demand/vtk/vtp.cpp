@@ -71,7 +71,7 @@ Result<Mesh> read_vtp(const std::string& path) {
   auto* part =
       surface ? vtkStringArray::SafeDownCast(surface->GetFieldData()->GetAbstractArray("part")) : nullptr;
   if (reader->GetErrorCode() != vtkErrorCode::NoError || !part || part->GetNumberOfValues() != 1)
-    return failure(path, "is no part's mesh as this program writes it, or is damaged");
+    return failure(path, "is not a part's mesh as this program writes it, or is damaged");
   Mesh mesh;
   mesh.name = part->GetValue(0);
   for (vtkIdType n = 0; n < surface->GetNumberOfPoints(); ++n)
@@ -81,9 +81,9 @@ Result<Mesh> read_vtp(const std::string& path) {
     vtkIdType count = 0;
     const vtkIdType* ids = nullptr;
     cells->GetCurrentCell(count, ids);
-    if (count != 3) return failure(path, "holds a face of other than three corners");
+    if (count != 3) return failure(path, "contains a face that is not a triangle");
     if (std::any_of(ids, ids + 3, [&](vtkIdType id) { return id < 0 || id >= std::ssize(mesh.points); }))
-      return failure(path, "has a face with a corner that is not one of its points");
+      return failure(path, "contains a face whose corner is not one of its points");
     mesh.triangles.push_back({static_cast<std::uint32_t>(ids[0]), static_cast<std::uint32_t>(ids[1]),
                               static_cast<std::uint32_t>(ids[2])});
   }

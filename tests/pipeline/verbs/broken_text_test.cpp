@@ -84,7 +84,7 @@ TEST(BrokenText, NamesFindingsOfAWrongType) {
            {R"({"parts": {"head": {"coverage": "whole", "volume_mm3": "x"}}})",
             "f.json: head: volume_mm3 is the text \"x\", expected a number"},
            {R"({"parts": {"head": 1}})", "f.json: head: has no \"coverage\""},
-           {R"({"parts": []})", "is no account of a segmentation"}}) {
+           {R"({"parts": []})", "is not a record of a segmentation"}}) {
     const auto read = read_findings(folder.write("f.json", text));
     ASSERT_FALSE(read) << text;
     EXPECT_NE(read.error().message().find(what), std::string::npos) << read.error().message();

@@ -63,7 +63,7 @@ TEST(DicomFiles, AFolderOfNothingElseNamesThem) {
   for (const auto& refusal : {read_volume(folder.path()).error(), read_labels(folder.path()).error()}) {
     EXPECT_EQ(refusal.kind, Error::Kind::use);
     for (const char* part :
-         {"git annex get", "git lfs pull", "stub.dcm holds no more", "._0.dcm holds macOS metadata"})
+         {"git annex get", "git lfs pull", "stub.dcm holds only", "._0.dcm holds macOS metadata"})
       EXPECT_NE(refusal.message().find(part), std::string::npos) << refusal.message();
   }
 }

@@ -167,8 +167,8 @@ TEST(DicomVolumes, AcquisitionsOfOnePlaceStayApart) {
   ASSERT_TRUE(read) << read.error().message();
   EXPECT_EQ(values(*read), std::vector<std::int16_t>(11, -24));
   EXPECT_TRUE(says(*read,
-                   "of 2 volumes of one series the largest CT was taken, CT 'body', acquisition 1 (11 "
-                   "slices of 3 x 2); left aside: CT 'body', acquisition 2 (7 slices"))
+                   "found 2 volumes of one series; read the largest CT, CT 'body', acquisition 1 (11 slices "
+                   "of 3 x 2); ignored: CT 'body', acquisition 2 (7 slices"))
       << all_said(*read);
 }
 
