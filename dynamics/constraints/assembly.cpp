@@ -159,7 +159,7 @@ class Assembler {
       const double left = std::abs(w_.rows.rate[row]) / system_.row_scale[row];
       if (left <= satisfied * speed) continue;
       return failure(system_.row_place(row),
-                     fmt::format("its rate cannot be made zero at the start: {:.6g} per second remains{}",
+                     fmt::format("its rate cannot be zero at the start: {:.6g} per second remains{}",
                                  w_.rows.rate[row], contradiction(system_, w_, row)));
     }
     w_.solver.prepare(w_.rows.L, w_.factor, true);
@@ -170,10 +170,9 @@ class Assembler {
     const std::string where = system_.row_place(row);
     const std::string left = fmt::format("a residual of {:.6g} remains", w_.rows.h[row]);
     if (w_.solver.is_empty(row))
-      return {where,
-              fmt::format("no free coordinate moves it at the position reached, and {}; check its points and "
-                          "the initial positions",
-                          left)};
+      return {where, fmt::format("no free coordinate moves it from the position reached, and {}; check its "
+                                 "points and the initial positions",
+                                 left)};
     if (const std::string with = contradiction(system_, w_, row); !with.empty())
       return {where, fmt::format("cannot hold at the start: {}{}", left, with)};
     return {where,

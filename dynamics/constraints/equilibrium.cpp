@@ -102,15 +102,14 @@ class Balance {
     Eigen::Index worst = 0;
     residual.cwiseAbs().maxCoeff(&worst);
     if (worst >= system_.nv)
-      return {
-          fmt::format("constraint '{}'", system_.row_names[std::size_t(worst - system_.nv)]),
-          fmt::format("no equilibrium was found: where efforts are nearest to balance it is off by {:.3g}",
-                      std::abs(residual[worst]) * row_scale_[worst - system_.nv])};
+      return {fmt::format("constraint '{}'", system_.row_names[std::size_t(worst - system_.nv)]),
+              fmt::format("no equilibrium was found: at the best balance of efforts its residual is {:.3g}",
+                          std::abs(residual[worst]) * row_scale_[worst - system_.nv])};
     return {
         fmt::format("coordinate '{}'", system_.velocity_name(int(worst))),
-        fmt::format("no equilibrium was found: where efforts are nearest to balance {:.3g} (N or N m) are "
-                    "left on it",
-                    std::abs(residual[worst]) * unit / coordinate_scale_[worst])};
+        fmt::format(
+            "no equilibrium was found: at the best balance of efforts {:.3g} (N or N m) remains unbalanced",
+            std::abs(residual[worst]) * unit / coordinate_scale_[worst])};
   }
 
   const State& state() const { return state_; }
@@ -131,11 +130,10 @@ Result<void> check_still(const System& system, const ConstraintRows& rows, doubl
     for (const TimeFunction& f : system.parameters.drives[d].functions) {
       const TimeValue now = at(f, t);
       if (now.rate != 0 || now.acceleration != 0)
-        return bad_use(
-            fmt::format("driven coordinate '{}'", system.driven[d].name),
-            fmt::format("moves at t = {:g} s, so nothing is at rest; drive it by a constant, or lock "
-                        "it, or choose another time",
-                        t));
+        return bad_use(fmt::format("driven coordinate '{}'", system.driven[d].name),
+                       fmt::format("moves at t = {:g} s, so nothing is at rest; drive it by a constant, lock "
+                                   "it, or choose another time",
+                                   t));
     }
   for (int r = 0; r < system.rows; ++r)
     if (rows.partial_rate[r] != 0)
@@ -149,9 +147,9 @@ Result<Equilibrium> balanced_state(const System& system, const State& start) {
   if (!system.contacts.empty())
     return bad_use(
         fmt::format("constraint '{}'", system.constraint_names[std::size_t(system.contacts[0].constraint)]),
-        "is a contact, which the search for an equilibrium does not know; hold what it holds by a "
-        "constraint or a limit_spring");
-  if (system.nv == 0) return bad_use(system.scene, "has no free coordinate, so it rests where it is");
+        "is a contact, which the search for an equilibrium cannot treat; replace it by a constraint or a "
+        "limit_spring");
+  if (system.nv == 0) return bad_use(system.scene, "has no free coordinate, so it is at rest anyway");
   // The search also stores its Jacobian, and a damped copy with twice the rows.
   if (auto fits = admit_workspaces(system, system.settings.equations, 4, true); !fits)
     return tl::unexpected(fits.error());

@@ -56,11 +56,10 @@ Result<void> check_steady(const System& system, const State& state, const Evalua
   const VectorXd size = d.acceleration_by_q.cwiseAbs() * state.v.cwiseAbs();
   for (int i = 0; i < system.nv; ++i)
     if (std::abs(jerk[i]) > steady * size.maxCoeff())
-      return bad_use(
-          fmt::format("coordinate '{}'", now.coordinates[std::size_t(i)]),
-          fmt::format("the state is not steady: its acceleration is zero only in passing and grows by "
-                      "{:.3g} per second",
-                      jerk[i]));
+      return bad_use(fmt::format("coordinate '{}'", now.coordinates[std::size_t(i)]),
+                     fmt::format("the state is not steady: its acceleration is zero only for an instant and "
+                                 "grows by {:.3g} per second",
+                                 jerk[i]));
   return {};
 }
 
@@ -111,13 +110,15 @@ Result<Linearization> linearize(const System& system, const State& state) {
     if (!system.contacts.empty())
       return bad_use(
           fmt::format("constraint '{}'", system.constraint_names[std::size_t(system.contacts[0].constraint)]),
-          "is a contact, and small deviations open and close it: there is no state matrix");
-    if (system.nv == 0) return bad_use(system.scene, "has no free coordinate, so nothing deviates");
+          "is a contact, which small deviations open and close, so there is no state matrix; replace it by a "
+          "constraint or a limit_spring");
+    if (system.nv == 0) return bad_use(system.scene, "has no free coordinate, so there are no deviations");
     const auto now = evaluate(system, state);
     if (!now) return tl::unexpected(now.error());
     if (system.rows > 0 && state.v.cwiseAbs().maxCoeff() > 0)
-      return bad_use(system.scene,
-                     "has constraints, whose small deviations are found at rest only: give zero velocities");
+      return bad_use(
+          system.scene,
+          "has constraints, whose small deviations are computed only at rest; give zero velocities");
     const auto d = forward_derivatives(system, state);
     if (!d) return tl::unexpected(d.error());
     if (auto fine = check_steady(system, state, *now, *d); !fine) return tl::unexpected(fine.error());
@@ -129,7 +130,8 @@ Result<Linearization> linearize(const System& system, const State& state) {
     const MatrixXd back = N.transpose() * scale.cwiseInverse().asDiagonal();
     const Eigen::Index m = N.cols();
     if (m == 0)
-      return bad_use(system.scene, "is held in all directions by its constraints, so nothing deviates");
+      return bad_use(system.scene,
+                     "cannot move at all because of its constraints, so there are no deviations");
     out.state_matrix.setZero(2 * m, 2 * m);
     out.state_matrix.topLeftCorner(m, m) = back * transport(system, state) * out.basis;
     out.state_matrix.topRightCorner(m, m).setIdentity();

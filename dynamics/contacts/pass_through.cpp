@@ -112,7 +112,8 @@ void judge_passing(const std::vector<TouchablePair>& pairs, Trajectory& trajecto
   if (!first) return;
   Certificate& c = trajectory.certificate;
   const std::string sentence = fmt::format(
-      "{} and {} overlap at t = {:.6g} s{}: the model lets them touch, but the scene has no contact for them",
+      "{} and {} overlap at t = {:.6g} s{}: the model lets them collide, but the scene has no contact for "
+      "them",
       first->a.name, first->b.name, first_time,
       passed > 1 ? fmt::format(", and {} other pairs then or later", passed - 1) : "");
   if (!c.trusted) return c.notes.push_back(sentence);

@@ -41,9 +41,11 @@ class PuttingApart {
       if (worst_ == 0 && (move == 0 || others_hold())) return {};
       if (!step()) break;
     }
-    return failure(fmt::format("contact '{}'", system_.contacts[deepest_].name),
-                   fmt::format("overlaps at the start, and no move puts it apart: {:.6g} is left",
-                               -every_.h[system_.contacts[deepest_].row]));
+    return failure(
+        fmt::format("contact '{}'", system_.contacts[deepest_].name),
+        fmt::format(
+            "overlaps at the start, and no move separates it: {:.6g} remains; change the initial positions",
+            -every_.h[system_.contacts[deepest_].row]));
   }
 
   int overlapped = 0;  ///< number of overlapping contacts at the start
@@ -158,8 +160,8 @@ Result<std::string> put_apart(const System& system, const Parameters& parameters
   if (moves.overlapped == 0) return std::string{};
   const Assembly::Move most = largest_move(system, before, state, true);
   return fmt::format(
-      "contact '{}' overlapped by {:.4g} m at the start{}: put apart by the least move, most of coordinate "
-      "'{}', by {:.4g} {}",
+      "contact '{}' overlapped by {:.4g} m at the start{}; it was separated by the smallest move, mostly of "
+      "coordinate '{}', by {:.4g} {}",
       system.contacts[moves.first].name, moves.depth,
       moves.overlapped > 1 ? fmt::format(", and {} others", moves.overlapped - 1) : "", most.coordinate,
       most.size, most.angle ? "rad" : "m");

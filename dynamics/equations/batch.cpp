@@ -12,7 +12,7 @@ namespace borelli {
 Result<void> check_batch(const System& system) {
   if (system.rows > 0)
     return bad_use(fmt::format("constraint '{}'", system.constraint_names[0]),
-                   "batches are for scenes without constraints and contacts; take its states one by one");
+                   "batches need a scene without constraints and contacts; evaluate its states one by one");
   return check_batch_without_rows(system);
 }
 
@@ -20,10 +20,10 @@ Result<void> check_batch_without_rows(const System& system) {
   for (const Effort& effort : system.parameters.efforts)
     if (std::holds_alternative<OwnEffort>(effort.kind))
       return bad_use(fmt::format("effort '{}'", effort.name),
-                     "is a program's own, which batches cannot compute; take its states one by one");
+                     "is C++ code, which batches cannot compute; evaluate its states one by one");
   for (std::size_t b = 1; b < system.bodies.size(); ++b)
     if (system.bodies[b].step_count == 0)
-      return bad_use(system.scene, "batches are for scenes compiled with welds merged");
+      return bad_use(system.scene, "batches need a scene compiled with welds merged");
   return {};
 }
 

@@ -218,8 +218,9 @@ Result<InverseDynamics> inverse_dynamics(const System& system, const State& stat
   return at_border(system, [&]() -> Result<InverseDynamics> {
     const int n = system.nv;
     if (a.size() != n)
-      return bad_use("accelerations", fmt::format("are {}; the scene has {} velocities", a.size(), n));
-    if (!a.allFinite()) return bad_use("accelerations", "are not all finite numbers");
+      return bad_use("accelerations",
+                     fmt::format("have {} entries; the scene has {} velocities", a.size(), n));
+    if (!a.allFinite()) return bad_use("accelerations", "contain a number that is not finite");
     if (auto fits = check_state(system, state); !fits) return tl::unexpected(fits.error());
     const std::vector<int> bodies = massive_bodies(system);
     if (auto fits = admit_derivatives(system, bodies.size()); !fits) return tl::unexpected(fits.error());

@@ -69,22 +69,20 @@ Error describe(const System& system, const Fault& fault, double t) {
   switch (fault.kind) {
     case Fault::Kind::singular_mass:
       return {fmt::format("coordinate '{}'", system.velocity_name(fault.index)),
-              fmt::format(
-                  "the mass matrix is singular at t = {:.6g} s: moving this coordinate, with those before it "
-                  "free to follow, moves no mass; give what it carries an inertial, or lock it; where two "
-                  "axes have "
-                  "come to lie along each other (a sequence of rotations) take a ball",
-                  t)};
+              fmt::format("the mass matrix is singular at t = {:.6g} s: this coordinate moves no mass, once "
+                          "those before it follow freely; give the solids that it moves an inertial, or lock "
+                          "it; if two axes of a rotation sequence have become parallel, use a ball",
+                          t)};
     case Fault::Kind::not_finite:
       return {fmt::format("coordinate '{}'", system.velocity_name(fault.index)),
               fmt::format("its acceleration at t = {:.6g} s is not a finite number", t)};
     case Fault::Kind::degenerate_constraint:
-      return {
-          system.row_place(fault.index),
-          fmt::format("it has no direction at t = {:.6g} s: its two points meet, or its disc lies flat", t)};
+      return {system.row_place(fault.index),
+              fmt::format(
+                  "it has no direction at t = {:.6g} s: its two points coincide, or its disc lies flat", t)};
     case Fault::Kind::no_memory:
       if (auto now = admit_mass_matrix(system, 1); !now) return now.error();
-      return {system.scene, "there is no memory for the mass matrix"};
+      return {system.scene, "not enough memory for the mass matrix"};
     case Fault::Kind::none:
       break;
   }

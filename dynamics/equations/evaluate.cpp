@@ -29,7 +29,7 @@ Result<Evaluation> evaluate(const System& system, const State& state, const Eige
     if (auto ok = check_state(system, state); !ok) return tl::unexpected(ok.error());
     if (efforts.size() != 0 && efforts.size() != system.nv)
       return bad_use("efforts",
-                     fmt::format("are {}; the scene has {} velocities", efforts.size(), system.nv));
+                     fmt::format("have {} entries; the scene has {} velocities", efforts.size(), system.nv));
     // The result holds another mass matrix and copies of the rows.
     if (auto fits = admit_workspaces(system, system.settings.equations, 2, true); !fits)
       return tl::unexpected(fits.error());

@@ -54,9 +54,9 @@ CentroidalMomentum centroidal_momentum(const System& system, const Parameters& p
 Result<PointMotion> point_motion(const System& system, const State& state, const SolidPoint& at) {
   const auto found = std::find(system.solids.begin(), system.solids.end(), at.solid);
   if (found == system.solids.end())
-    return bad_use(fmt::format("point of '{}'", at.solid), "no solid of the scene has this name");
+    return bad_use(fmt::format("point of '{}'", at.solid), "the scene has no solid of this name");
   if (!at.point.allFinite())
-    return bad_use(fmt::format("point of '{}'", at.solid), "its place is not a finite number");
+    return bad_use(fmt::format("point of '{}'", at.solid), "its coordinates are not finite numbers");
   if (auto fits = check_state(system, state); !fits) return tl::unexpected(fits.error());
   const auto solid = std::size_t(found - system.solids.begin());
   const auto b = std::size_t(system.solid_bodies[solid]);

@@ -149,10 +149,9 @@ void Reactions::find_unique(const std::vector<Touch>& touches, std::vector<Joint
 
 Result<void> add_reactions(const Scene& scene, Trajectory& t) {
   if (t.certificate.method == "moreau" && !t.contact_names.empty())
-    return bad_use(
-        "reactions",
-        "are not known of a run by moreau, whose contacts act by impulses: accelerations do not hold them; "
-        "name another method");
+    return bad_use("reactions",
+                   "cannot be computed for a run with moreau, whose contacts act by impulses and not through "
+                   "accelerations; choose another method");
   auto reactions = Reactions::of(scene);
   if (!reactions) return tl::unexpected(reactions.error());
   return at_border(reactions->system(), [&] { return reactions->add_to(t); });

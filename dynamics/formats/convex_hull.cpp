@@ -33,15 +33,15 @@ struct Hull {
 
 Result<ClosedMesh> convex_hull(const std::vector<Vector3d>& points, int most_vertices) {
   for (const Vector3d& p : points)
-    if (!p.allFinite()) return bad_use("mesh", "holds a vertex that is not finite");
-  if (points.size() < 4) return bad_use("mesh", "has fewer than 4 points and so no hull");
+    if (!p.allFinite()) return bad_use("mesh", "contains a vertex that is not finite");
+  if (points.size() < 4) return bad_use("mesh", "has fewer than 4 points, so it has no hull");
   std::vector<double> numbers;
   for (const Vector3d& p : points) numbers.insert(numbers.end(), {p.x(), p.y(), p.z()});
   std::string options = "qhull Qt";
   // Qhull's "TA" counts points added to the first simplex.
   if (most_vertices > 3) options += fmt::format(" Q9 TA{}", most_vertices - 4);
   Hull hull;
-  if (!hull.quiet) return failure("mesh", "its hull cannot be computed: /dev/null cannot be opened");
+  if (!hull.quiet) return failure("mesh", "its hull cannot be computed: cannot open /dev/null");
   qhT* const qh = &hull.state;
   if (qh_new_qhull(qh, 3, static_cast<int>(points.size()), numbers.data(), 0, options.data(),
                    hull.quiet.get(), hull.quiet.get()) != 0)

@@ -79,8 +79,8 @@ class MjcfReader {
     if (std::string line = geoms_.overweight(); !line.empty())
       model_.not_modelled.other.push_back(std::move(line));
     if (meshes_not_seen_ > 0)
-      model_.not_modelled.other.push_back(
-          fmt::format("the looks of {} mesh geoms (they weigh, but are not drawn)", meshes_not_seen_));
+      model_.not_modelled.other.push_back(fmt::format(
+          "the appearance of {} mesh geoms (they have mass, but are not drawn)", meshes_not_seen_));
     if (options_.contact) add_contacts();
     list_unread(root_, mjcf_motion_rules(), model_.not_modelled);
     return std::move(model_);
@@ -91,8 +91,9 @@ class MjcfReader {
     for (const XmlElement& c : parent.children) {
       if (c.name != "body") continue;
       const std::string name = c.text("name");
-      if (name == world_name) c.refuse("bears the fixed frame's name; rename it");
-      if (!name.empty() && !joints_.solid_names.take(name)) c.refuse("there are two bodies of this name");
+      if (name == world_name) c.refuse("has the fixed frame's name; rename it");
+      if (!name.empty() && !joints_.solid_names.take(name))
+        c.refuse("there are two bodies of this name; rename one");
       take_names(c);
     }
   }
@@ -177,7 +178,7 @@ class MjcfReader {
     for (Constraint& c : found.contacts) model_.scene.constraints.push_back(std::move(c));
     if (found.twisting > 0)
       model_.not_modelled.motion.push_back(fmt::format(
-          "friction against turning and rolling (condim 4 and 6) of {} pairs of geoms", found.twisting));
+          "torsional and rolling friction (condim 4 and 6) of {} pairs of geoms", found.twisting));
     if (found.crowded > 0)
       model_.not_modelled.motion.push_back(fmt::format(
           "contacts of {} pairs of spheres and capsules, too many for dense rows of {:.0f} coordinates: they "
@@ -186,7 +187,7 @@ class MjcfReader {
     if (found.without.size() > found.crowded)
       model_.not_modelled.motion.push_back(fmt::format(
           "contacts of {} pairs of geoms that may touch, such as {} and {}: they pass through each other; "
-          "modelled are contacts of spheres and capsules, and of boxes over planes",
+          "only contacts of spheres and capsules, and of boxes over planes, are modelled",
           found.without.size() - found.crowded, found.first.first, found.first.second));
     for (TouchablePair& pair : found.without) model_.without_contact.push_back(std::move(pair));
   }

@@ -230,7 +230,8 @@ class Assembler {
         const Share in = names_in(e, names);
         if (in == Share::some)
           e.refuse(
-              fmt::format("joins what <replicate> at {} copies with what it does not", replicate.where()));
+              fmt::format("joins objects that <replicate> at {} copies with objects that it does not copy",
+                          replicate.where()));
         if (in == Share::all)
           out.emplace_back(&section, std::move(e));
         else
@@ -269,7 +270,7 @@ class Assembler {
         return other;
       }
     }
-    e.refuse("model", fmt::format("no model in <asset> is named '{}'", *name));
+    e.refuse("model", fmt::format("<asset> has no model named '{}'", *name));
   }
 
   const XmlElement& load(const XmlElement& asset) {
@@ -281,7 +282,7 @@ class Assembler {
       asset.refuse("file", fmt::format("no such file: {}", file.string()));
     XmlElement root = read_xml(file);
     if (root.name != "mujoco")
-      asset.refuse("file", fmt::format("{} holds <{}>, expected <mujoco>", file.string(), root.name));
+      asset.refuse("file", fmt::format("{} contains <{}>, expected <mujoco>", file.string(), root.name));
     return loaded_.emplace(file.string(), prepare(std::move(root))).first->second;
   }
 
@@ -289,17 +290,17 @@ class Assembler {
     e.read = true;
     const std::string prefix = e.require("prefix");
     const bool other = e.has("model");
-    if (e.has("body") && e.has("frame")) e.refuse("has body and frame; expected one of the two");
+    if (e.has("body") && e.has("frame")) e.refuse("has both body and frame; expected one of the two");
     const char* kind = e.has("body") ? "body" : e.has("frame") ? "frame" : nullptr;
-    if (!kind && !other) e.refuse("names neither a model nor a body or frame of this one");
+    if (!kind && !other) e.refuse("names neither a model nor a body or frame");
     if (model.depth >= most_attached)
-      e.refuse(fmt::format("models are attached to each other more than {} deep; one holds itself",
+      e.refuse(fmt::format("models are attached to each other more than {} deep; one of them contains itself",
                            most_attached));
     XmlElement child = model_named_by(e, model);
     grow(e, 50 + count_elements(child));
     if (kind) {
       const XmlElement* const found = find(child, kind, e.require(kind));
-      if (!found) e.refuse(kind, fmt::format("no {} is named '{}'", kind, e.require(kind)));
+      if (!found) e.refuse(kind, fmt::format("there is no {} named '{}'", kind, e.require(kind)));
       XmlElement world = made_from(child, "worldbody");
       world.children.push_back(*found);
       std::erase_if(child.children, [](const XmlElement& section) { return section.name == "worldbody"; });

@@ -24,7 +24,7 @@ double on_curve(const XmlElement& e, const std::string& shape, double share,
   if (shape == "cos(s)") return size[1] * std::cos(std::numbers::pi * share * size[2]);
   if (shape == "sin(s)") return size[1] * std::sin(std::numbers::pi * share * size[2]);
   if (shape != "0")
-    e.refuse("curve", fmt::format("curve holds '{}', expected s, cos(s), sin(s) or 0", shape));
+    e.refuse("curve", fmt::format("curve contains '{}', expected s, cos(s), sin(s) or 0", shape));
   return 0;
 }
 
@@ -32,10 +32,10 @@ std::vector<Vector3d> vertices_of(const XmlElement& e) {
   const auto given = e.numbers("vertex", 6, 3 * (most_rods + 1));
   const auto counts = e.numbers("count", 1, 3);
   for (std::size_t i = 1; i < counts.size(); ++i)
-    if (counts[i] != 1) e.refuse("count", "a cable has one dimension: expected one count");
+    if (counts[i] != 1) e.refuse("count", "a cable has one dimension; expected one count");
   std::vector<Vector3d> out;
   if (!given.empty()) {
-    if (given.size() % 3) e.refuse("vertex", "vertex must hold threes of numbers");
+    if (given.size() % 3) e.refuse("vertex", "vertex must contain groups of three numbers");
     if (!counts.empty() && counts[0] > 1) e.refuse("has both vertex and count; expected one of the two");
     for (std::size_t i = 0; i < given.size(); i += 3) out.emplace_back(given[i], given[i + 1], given[i + 2]);
     return out;
@@ -56,7 +56,7 @@ std::vector<Vector3d> vertices_of(const XmlElement& e) {
   int word_count = 0;
   for (std::string word; words >> word; ++word_count)
     if (word_count < 3) shapes[word_count] = word;
-  if (word_count > 3) e.refuse("curve", "curve holds more than three functions");
+  if (word_count > 3) e.refuse("curve", "curve contains more than three functions");
   const int count = static_cast<int>(counts[0]);
   for (int i = 0; i < count; ++i) {
     const double share = double(i) / (count - 1);
@@ -128,8 +128,7 @@ XmlElement joint_of(const XmlElement& composite, bool free) {
 MjcfCable make_mjcf_cable(const XmlElement& e) {
   e.read = true;
   if (const std::string type = e.require("type"); type != "cable")
-    e.refuse("type",
-             fmt::format("a composite of type '{}' is not supported, only cable, as in MuJoCo 3", type));
+    e.refuse("type", fmt::format("a composite of type '{}' is not supported; MuJoCo 3 has only cable", type));
   const std::string prefix = e.text("prefix"), initial = e.text("initial", "ball");
   const std::vector<Vector3d> vertices = vertices_of(e);
   const std::vector<Matrix3d> frames = frames_of(vertices);

@@ -17,7 +17,8 @@ void read_section(const XmlElement& e, MjcfCompiler& c) {
   using From = MjcfCompiler::InertiaFromGeom;
   if (e.word("coordinate", {"local", "global"}, "local") == "global")
     e.refuse("coordinate",
-             "global coordinates are not supported; let MuJoCo up to 2.3.3 save the model in local ones");
+             "global coordinates are not supported; load the model in MuJoCo 2.3.3 or earlier and save it in "
+             "local ones");
   c.degrees = e.word("angle", {"degree", "radian"}, c.degrees ? "degree" : "radian") == "degree";
   c.euler_sequence = e.text("eulerseq", c.euler_sequence);
   bool axes = c.euler_sequence.size() == 3;

@@ -103,7 +103,7 @@ void MjcfContacts::add(const XmlElement& element, const MjcfGeom& geom, const Bo
   s.dimensions = dimensions_of(element);
   s.friction = friction_of(element, 3);
   if (geom.plane && !s.still())
-    element.refuse("is a plane of a body that moves; only what stands has planes");
+    element.refuse("is a plane of a moving body; only fixed bodies may have planes");
   surfaces_.push_back(std::move(s));
 }
 
@@ -163,12 +163,12 @@ std::vector<ConstraintKind> MjcfContacts::over_plane(const Surface& over, const 
 std::vector<const MjcfContacts::Surface*> MjcfContacts::touching(double freedoms, bool& crowded) const {
   constexpr std::size_t most_surfaces = 20000;  // every pair is tested
   constexpr double pair_size = 1500;            // bytes
-  constexpr const char* way_round = "<flag contact=\"disable\"/> in <option> leaves contacts out";
+  constexpr const char* way_round = "<flag contact=\"disable\"/> in <option> switches contacts off";
   std::vector<const Surface*> out;
   for (const Surface& s : surfaces_)
     if (s.type || s.affinity || !paired_.empty()) out.push_back(&s);
   if (out.size() > most_surfaces)
-    root_.refuse(fmt::format("has {} geoms that may touch others, expected up to {}; {}", out.size(),
+    root_.refuse(fmt::format("has {} geoms that may touch others, expected at most {}; {}", out.size(),
                              most_surfaces, way_round));
   std::size_t pairs = 0, contacts = 0;
   const auto has_contact = [](const MjcfGeom& a, const MjcfGeom& b) {
@@ -194,7 +194,7 @@ MjcfContacts::Found MjcfContacts::find(UniqueNames names, double freedoms) const
     for (const char* key : {"geom1", "geom2"})
       if (std::none_of(surfaces_.begin(), surfaces_.end(),
                        [&](const Surface& s) { return s.name == pair->require(key); }))
-        pair->refuse(key, fmt::format("no geom is named '{}'", pair->require(key)));
+        pair->refuse(key, fmt::format("there is no geom named '{}'", pair->require(key)));
   Found out;
   const auto label = [](const Surface& s, const std::string& standard) {
     return s.name.empty() ? standard : s.name;

@@ -85,7 +85,7 @@ class Defaults {
 
   const std::string& checked(const XmlElement& element, const char* key, const std::string& name) const {
     if (!classes_.contains(name))
-      element.refuse(key, fmt::format("no class of defaults is named '{}'", name));
+      element.refuse(key, fmt::format("there is no class of defaults named '{}'", name));
     return name;
   }
 

@@ -39,7 +39,7 @@ class EqualityReader {
   const Pose& pose(const XmlElement& e, const char* key) const {
     const std::string name = key == std::string_view("body2") ? e.text(key, world_name) : e.require(key);
     const auto found = poses_.find(name);
-    if (found == poses_.end()) e.refuse(key, fmt::format("no body is named '{}'", name));
+    if (found == poses_.end()) e.refuse(key, fmt::format("there is no body named '{}'", name));
     return found->second;
   }
 
@@ -64,7 +64,7 @@ class EqualityReader {
   const MjcfJoint& joint(const XmlElement& e, const char* key) const {
     const auto found = joints_.find(e.require(key));
     if (found == joints_.end() || found->second.coordinate.empty())
-      e.refuse(key, fmt::format("no hinge or slide is named '{}'", e.require(key)));
+      e.refuse(key, fmt::format("there is no hinge or slide named '{}'", e.require(key)));
     return found->second;
   }
 

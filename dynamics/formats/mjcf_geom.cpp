@@ -35,12 +35,12 @@ Sized sized(const XmlElement& geom, const MjcfCompilers& compilers) {
   if (ends.empty()) return out;
   const bool round = out.type == "capsule" || out.type == "cylinder";
   if (!round && out.type != "ellipsoid" && out.type != "box")
-    geom.refuse("fromto",
-                fmt::format("a {} has no ends; expected capsule, cylinder, ellipsoid or box", out.type));
+    geom.refuse("fromto", fmt::format("a {} cannot have fromto; expected capsule, cylinder, ellipsoid or box",
+                                      out.type));
   if (!out.X.p.isZero(0)) geom.refuse("has both pos and fromto; expected one of the two");
   const Vector3d from(ends[0], ends[1], ends[2]), to(ends[3], ends[4], ends[5]);
   const double half = (to - from).norm() / 2;
-  if (half < 1e-14) geom.refuse("fromto", "its two points are the same");
+  if (half < 1e-14) geom.refuse("fromto", "its two points coincide");
   if (out.size.empty()) geom.refuse("has no size");
   out.size = round ? std::vector{out.size[0], half} : std::vector{out.size[0], out.size[0], half};
   out.X = {turn_from_z(from - to), (from + to) / 2};
@@ -49,9 +49,9 @@ Sized sized(const XmlElement& geom, const MjcfCompilers& compilers) {
 
 double size_at(const XmlElement& geom, const Sized& s, std::size_t i, std::size_t expected) {
   if (s.size.size() <= i)
-    geom.refuse(fmt::format("a {} takes {} sizes, {} are given", s.type, expected, s.size.size()));
+    geom.refuse(fmt::format("a {} needs {} sizes, and {} are given", s.type, expected, s.size.size()));
   if (!(s.size[i] > 0))
-    geom.refuse("size", fmt::format("size holds {:g}, expected positive numbers", s.size[i]));
+    geom.refuse("size", fmt::format("size contains {:g}, expected positive numbers", s.size[i]));
   return s.size[i];
 }
 
@@ -182,14 +182,15 @@ MjcfGeoms::MjcfGeoms(const XmlElement& root, const MjcfCompilers& compilers, std
       if (asset.name != "mesh") continue;
       std::string name = asset.text("name");
       if (name.empty()) name = std::filesystem::path(asset.require("file")).stem().string();
-      if (!meshes_.emplace(name, Mesh{&asset}).second) asset.refuse("there are two meshes of this name");
+      if (!meshes_.emplace(name, Mesh{&asset}).second)
+        asset.refuse("there are two meshes of this name; rename one");
     }
   }
 }
 
 std::string MjcfGeoms::overweight() const {
   if (overweight_.count == 0) return "";
-  return fmt::format("{} meshes weigh by MuJoCo's legacy rule, more than they enclose, most of all {}",
+  return fmt::format("{} meshes get more mass than their volume under MuJoCo's legacy rule, most of all {}",
                      overweight_.count, overweight_.worst);
 }
 
@@ -242,7 +243,7 @@ MjcfGeom MjcfGeoms::read(const XmlElement& geom, bool weighs) {
 MjcfGeoms::Mesh& MjcfGeoms::mesh_of(const XmlElement& geom) {
   const auto found = meshes_.find(geom.require("mesh"));
   if (found == meshes_.end())
-    geom.refuse("mesh", fmt::format("no mesh in <asset> is named '{}'", geom.require("mesh")));
+    geom.refuse("mesh", fmt::format("<asset> has no mesh named '{}'", geom.require("mesh")));
   return found->second;
 }
 
@@ -270,12 +271,13 @@ ClosedMesh MjcfGeoms::load(const XmlElement& asset) const {
     constexpr std::size_t many = 100'000'000;
     const auto points = asset.numbers("vertex", 12, many), corners = asset.numbers("face", 3, many);
     if (points.empty()) asset.refuse("has neither file nor vertex");
-    if (points.size() % 3 || corners.size() % 3) asset.refuse("vertex and face must hold threes of numbers");
+    if (points.size() % 3 || corners.size() % 3)
+      asset.refuse("vertex and face must contain groups of three numbers");
     for (std::size_t i = 0; i < points.size(); i += 3)
       mesh.vertices.emplace_back(points[i], points[i + 1], points[i + 2]);
     for (double corner : corners)
       if (corner < 0 || corner >= double(mesh.vertices.size()) || corner != std::floor(corner))
-        asset.refuse("face", fmt::format("face names vertex {:g}, but they go from 0 to {}", corner,
+        asset.refuse("face", fmt::format("face refers to vertex {:g}; vertices run from 0 to {}", corner,
                                          mesh.vertices.size() - 1));
     for (std::size_t i = 0; i < corners.size(); i += 3)
       mesh.triangles.push_back({int(corners[i]), int(corners[i + 1]), int(corners[i + 2])});
@@ -316,8 +318,7 @@ const Inertial& MjcfGeoms::weight(Mesh& mesh) {
     if (excess > 1.01 && (++overweight_.count, excess > overweight_.excess)) {
       overweight_.excess = excess;
       overweight_.worst = fmt::format(
-          "mesh '{}' with {:.4g} m^3 for {:.4g} m^3; with inertia=\"exact\" they weigh what they enclose: at "
-          "{}",
+          "mesh '{}' with {:.4g} m^3 for {:.4g} m^3 (inertia=\"exact\" uses the enclosed volume): at {}",
           asset.text("name", std::filesystem::path(asset.text("file")).stem().string()), own.mass, inside,
           asset.where());
     }
@@ -329,7 +330,7 @@ const Inertial& MjcfGeoms::weight(Mesh& mesh) {
       if (!turned_alike(triangles)) asset.refuse(exact.error().message());
       own = pyramids_inertial(triangles, true);
       notes_.push_back(fmt::format(
-          "{} {}; its volume is that of pyramids from its triangles to its centre, as in MuJoCo: at {}",
+          "{} {}; its volume is the sum of pyramids from its triangles to its centre, as in MuJoCo: at {}",
           asset.describe(), exact.error().what, asset.where()));
     }
   } else if (rule == "convex") {

@@ -73,7 +73,7 @@ class Includer {
     elements_ += include_costs + known->second.size;
     if (elements_ > most_mjcf_elements)
       include.refuse(
-          fmt::format("the model grows to more than {} elements by its includes", most_mjcf_elements));
+          fmt::format("the model grows to more than {} elements through its includes", most_mjcf_elements));
     return known->second;
   }
 

@@ -14,8 +14,8 @@ Inertial stated(const XmlElement& e, const MjcfCompiler& compiler) {
   Inertial own;
   own.mass = e.not_negative("mass", 0);
   if (const auto f = e.numbers("fullinertia", 6, 6); !f.empty()) {  // xx yy zz xy xz yz
-    if (e.has("diaginertia")) e.refuse("has diaginertia and fullinertia; expected one of the two");
-    if (!X.R.isIdentity(0)) e.refuse("has fullinertia and an orientation; expected one of the two");
+    if (e.has("diaginertia")) e.refuse("has both diaginertia and fullinertia; expected one of the two");
+    if (!X.R.isIdentity(0)) e.refuse("has both fullinertia and an orientation; expected one of the two");
     own.tensor << f[0], f[3], f[4], f[3], f[1], f[5], f[4], f[5], f[2];
   } else {
     own.tensor = e.vector("diaginertia", Vector3d::Zero()).asDiagonal();
@@ -60,7 +60,7 @@ Inertial mjcf_inertial(const XmlElement& body, const std::vector<MjcfGeom>& geom
   if (out.mass == 0 && out.tensor.isZero(0)) return out;
   if (const auto fine = check_physical(out, "", Extent::may_be_bar_or_point); !fine)
     (inertial ? inertial : &body)
-        ->refuse(fmt::format("{}; compiler balanceinertia=\"true\" would mend impossible moments",
+        ->refuse(fmt::format("{}; compiler balanceinertia=\"true\" corrects impossible moments",
                              fine.error().what));
   return out;
 }

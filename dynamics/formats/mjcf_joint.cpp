@@ -50,7 +50,8 @@ void MjcfJoints::take_names(const XmlElement& parent) {
     if (c.name == "body") take_names(c);
     if (c.name != "joint" && c.name != "freejoint") continue;
     const std::string name = c.text("name");
-    if (!name.empty() && !named_.try_emplace(name).second) c.refuse("there are two joints of this name");
+    if (!name.empty() && !named_.try_emplace(name).second)
+      c.refuse("there are two joints of this name; rename one");
     names_.take(name);
   }
 }
@@ -69,9 +70,9 @@ MjcfJoints::Passive MjcfJoints::passive_of(const XmlElement& joint) const {
 double MjcfJoints::linear(const XmlElement& joint, const char* key) const {
   const auto given = joint.numbers(key, 1, 3);
   if (given.empty()) return 0;
-  if (given[0] < 0) joint.refuse(key, fmt::format("{} is {:g}, expected no negative number", key, given[0]));
+  if (given[0] < 0) joint.refuse(key, fmt::format("{} is {:g}, expected 0 or more", key, given[0]));
   if (std::any_of(given.begin() + 1, given.end(), [](double c) { return c != 0; }))
-    notes_.push_back(fmt::format("{} of <joint> beyond its linear part: at {}", key, joint.where()));
+    notes_.push_back(fmt::format("the nonlinear part of {} of <joint>: at {}", key, joint.where()));
   return given[0];
 }
 
@@ -83,8 +84,8 @@ void MjcfJoints::read(const XmlElement& body, const Pose& X_PS, Solid& solid, st
   const auto free =
       std::find_if(joints.begin(), joints.end(), [](const XmlElement* j) { return has_type(*j, "free"); });
   if (free != joints.end()) {
-    if (joints.size() > 1) (*free)->refuse("a free joint must be its body's only one");
-    if (solid.parent != world_name) (*free)->refuse("a free joint's body must stand in <worldbody> itself");
+    if (joints.size() > 1) (*free)->refuse("a free joint must be the only joint of its body");
+    if (solid.parent != world_name) (*free)->refuse("a free joint's body must be a child of <worldbody>");
     note_alignment(body, **free);
     return read_free(**free, X_PS, solid, efforts);
   }
@@ -103,7 +104,7 @@ void MjcfJoints::read(const XmlElement& body, const Pose& X_PS, Solid& solid, st
     if (type == "hinge") read_scalar(*joint, type, solid, efforts);
     if (type == "ball") {
       if (std::any_of(at + 1, joints.end(), [](const XmlElement* j) { return !has_type(*j, "slide"); }))
-        joint->refuse("a ball must be the last of a body's joints that turn it, as in MuJoCo");
+        joint->refuse("a ball must be the last rotating joint of a body, as in MuJoCo");
       read_ball(*joint, solid, before, efforts);
     }
     add_fixed(solid, {Matrix3d::Identity(), -anchor});
@@ -122,9 +123,8 @@ void MjcfJoints::note_alignment(const XmlElement& body, const XmlElement& joint)
 std::string MjcfJoints::aligned() const {
   if (aligned_count_ == 0) return "";
   return fmt::format(
-      "alignment of {} free joints (align, alignfree): MuJoCo's qpos are of the inertia's frame, these of "
-      "the "
-      "body's: first at {}",
+      "alignment of {} free joints (align, alignfree): MuJoCo's qpos refers to the inertia's frame, this "
+      "scene's to the body's: first at {}",
       aligned_count_, first_aligned_);
 }
 
@@ -214,19 +214,19 @@ void MjcfJoints::add_range(const XmlElement& joint, bool hinge, Switch& one) {
   const MjcfCompiler& compiler = compilers_.of(joint);
   const bool none = range.empty() || (range[0] == 0 && range[1] == 0);
   if (limited == "false" || (limited == "auto" && (none || !compiler.auto_limits))) return;
-  if (range.empty()) joint.refuse("is limited, but has no range");
+  if (range.empty()) joint.refuse("is limited but has no range");
   const Range limits =
       hinge ? Range{compiler.angle(range[0]), compiler.angle(range[1])} : Range{range[0], range[1]};
   if (!(limits.lower < limits.upper))
-    joint.refuse("range",
-                 fmt::format("range goes from {:g} to {:g}, expected a rising one", range[0], range[1]));
+    joint.refuse("range", fmt::format("range runs from {:g} to {:g}; the lower bound must come first",
+                                      range[0], range[1]));
   if (!acting_.limits) return;
   one.ranges = {limits};
   const double start = one.q.empty() ? 0 : one.q[0];
   const double allowed = std::clamp(start, limits.lower, limits.upper);
   if (allowed == start) return;
   one.q = {allowed};
-  notes_.push_back(fmt::format("joint '{}' starts at {:.6g}, for {:.6g} lies outside its range: at {}",
+  notes_.push_back(fmt::format("joint '{}' starts at {:.6g}, because {:.6g} lies outside its range: at {}",
                                one.coordinate, allowed, start, joint.where()));
 }
 

@@ -106,11 +106,12 @@ bool holds(const std::string& words, const std::string& word) {
 void check(const XmlElement& element, const Names& known) {
   for (const XmlAttribute& a : element.attributes)
     if (known.attributes != "*" && !holds(known.attributes, a.name))
-      element.refuse(a.name, fmt::format("no such attribute '{}'; known: {}", a.name, known.attributes));
+      element.refuse(a.name, fmt::format("unknown attribute '{}'; known: {}", a.name, known.attributes));
   for (const XmlElement& c : element.children) {
     if (!holds(known.children, c.name))
-      c.refuse(fmt::format("no such element in <{}>; known: {}", element.name, known.children));
-    if (c.name == "flexcomp") c.refuse("soft bodies (flex) are not supported; leave it out to read the rest");
+      c.refuse(fmt::format("unknown element in <{}>; known: {}", element.name, known.children));
+    if (c.name == "flexcomp")
+      c.refuse("soft bodies (flex) are not supported; remove this element to read the rest");
     const auto& names = known_names();
     auto own = names.find(element.name + "/" + c.name);
     if (own == names.end()) own = names.find(c.name);

@@ -28,7 +28,8 @@ bool is_xml(const std::filesystem::path& path) {
 
 // Refuses options that only URDF has.
 Result<void> check_not_floating(const std::filesystem::path& path, const ModelOptions& options) {
-  if (options.floating) return bad_use(path.string(), "is not URDF: only a URDF's root can be left floating");
+  if (options.floating)
+    return bad_use(path.string(), "is not URDF; --floating applies only to the root of a URDF");
   return {};
 }
 
@@ -36,7 +37,7 @@ Result<void> check_not_floating(const std::filesystem::path& path, const ModelOp
 Result<void> check_no_urdf_options(const std::filesystem::path& path, const ModelOptions& options) {
   if (auto fine = check_not_floating(path, options); !fine) return fine;
   if (options.minimum_mass > 0)
-    return bad_use(path.string(), "is not URDF: only the bodies of URDF and OpenSim can have a minimum mass");
+    return bad_use(path.string(), "is not URDF; --minimum-mass applies only to URDF and OpenSim models");
   return {};
 }
 
@@ -69,8 +70,7 @@ Result<ModelFile> read_model(const std::filesystem::path& path, const ModelOptio
     if (auto fine = check_no_urdf_options(path, options); !fine) return tl::unexpected(fine.error());
     if (root.name == "mujoco") {
       auto model = read_mjcf(std::move(root));
-      if (model.scene.solids.empty())
-        return bad_use(path.string(), "holds no body, so there is nothing that could move");
+      if (model.scene.solids.empty()) return bad_use(path.string(), "contains no body, so nothing can move");
       return with_locks(std::move(model), path, options);
     }
     return bad_use(root.where(), fmt::format("the root is <{}>, expected <mujoco> (MJCF), <robot> (URDF) or "

@@ -101,8 +101,8 @@ class Settling {
       if (!fine) impossible[top_[s]].push_back(solid.name);
     }
     if (!dropped.empty())
-      told_.other.push_back(fmt::format("inertias of no possible body, of what is fixed to the world: {}",
-                                        name_list(std::move(dropped))));
+      told_.other.push_back(
+          fmt::format("impossible inertias of links fixed to the world: {}", name_list(std::move(dropped))));
     std::vector<std::string> made_heavier, emptied;
     std::vector<char> is_one(scene_.solids.size(), 0);
     for (const int top : order_) {
@@ -116,13 +116,12 @@ class Settling {
         emptied.push_back(scene_.solids[top].name);
       } else if (const auto fine = check_physical(sums[top], "", Extent::may_be_bar_or_point); !fine) {
         return failure(impossible[top].front(),
-                       fmt::format("{}; correct it, or --minimum-mass with more than the {:.3g} kg of what "
-                                   "moves with '{}' puts a small ball in its place",
+                       fmt::format("{}; correct it, or replace it by a small ball: give --minimum-mass more "
+                                   "than the {:.3g} kg that move with '{}'",
                                    fine.error().what, sums[top].mass, scene_.solids[top].name));
       } else {
-        told_.other.push_back(
-            fmt::format("inertias of no possible body, counted with '{}', which they move with: {}",
-                        scene_.solids[top].name, name_list(impossible[top])));
+        told_.other.push_back(fmt::format("impossible inertias, added to '{}', with which they move: {}",
+                                          scene_.solids[top].name, name_list(impossible[top])));
       }
       is_one[top] = 1;
     }
@@ -133,11 +132,11 @@ class Settling {
       }
     if (!made_heavier.empty())
       told_.motion.push_back(
-          fmt::format("weigh less than {} kg, each taken as a ball of water of that mass: {}", minimum_mass_,
-                      name_list(std::move(made_heavier))));
+          fmt::format("links lighter than {} kg, each replaced by a ball of water of that mass: {}",
+                      minimum_mass_, name_list(std::move(made_heavier))));
     if (!emptied.empty())
       told_.motion.push_back(
-          fmt::format("moments of inertia without mass, left out: {}", name_list(std::move(emptied))));
+          fmt::format("moments of inertia without mass, ignored: {}", name_list(std::move(emptied))));
     return {};
   }
 
@@ -179,8 +178,9 @@ class Settling {
       const auto* tie = std::get_if<CoordinateCoupling>(&constraint.kind);
       return tie && massless.contains(tie->coordinates[0].coordinate);
     });
-    told_.motion.push_back(fmt::format("move no mass, locked (--minimum-mass gives them some): {}",
-                                       name_list(std::move(names))));
+    told_.motion.push_back(
+        fmt::format("coordinates that move no mass, locked (--minimum-mass gives them mass): {}",
+                    name_list(std::move(names))));
   }
 
   Scene& scene_;
@@ -212,10 +212,10 @@ Result<void> lock_coordinates(Scene& scene, const std::vector<std::string>& name
         found = true;
       }
     if (!found)
-      return bad_use("--lock " + name, known.empty()
-                                           ? "the scene has no free coordinate"
-                                           : fmt::format("no free coordinate is named so; there are: {}",
-                                                         name_list(std::move(known))));
+      return bad_use("--lock " + name,
+                     known.empty() ? "the scene has no free coordinate"
+                                   : fmt::format("there is no free coordinate of this name; choose from: {}",
+                                                 name_list(std::move(known))));
   }
   return {};
 }

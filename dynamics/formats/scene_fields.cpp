@@ -21,11 +21,9 @@ Vector3d direction(const TomlTable& table, const toml::node& node, std::string_v
   const bool negative = text.starts_with('-');
   const std::string letter = text.substr(negative ? 1 : 0);
   if (letter != "x" && letter != "y" && letter != "z")
-    table.refuse(
-        node,
-        fmt::format("{} is \"{}\", expected \"x\", \"y\", \"z\", one of them with a minus, or a list of "
-                    "three numbers",
-                    label, text));
+    table.refuse(node, fmt::format("{} is \"{}\", expected \"x\", \"y\", \"z\", one of them with a minus, or "
+                                   "a list of three numbers",
+                                   label, text));
   return (negative ? -1. : 1.) * Vector3d::Unit(letter[0] - 'x');
 }
 
@@ -36,10 +34,9 @@ Matrix3d rotation_matrix_of(const TomlTable& table, const toml::node& node) {
   for (int i = 0; i < 3; ++i) R.row(i) = table.vector3(rows[i], "a row of matrix").transpose();
   const double off = (R.transpose() * R - Matrix3d::Identity()).cwiseAbs().maxCoeff();
   if (!(off <= unit_tolerance) || R.determinant() < 0)
-    table.refuse(node,
-                 fmt::format("matrix is no rotation: R^T R is off the identity by {:.3g}, its determinant is "
-                             "{:.6g}",
-                             off, R.determinant()));
+    table.refuse(node, fmt::format("matrix is not a rotation: R^T R differs from the identity by {:.3g}, and "
+                                   "its determinant is {:.6g}",
+                                   off, R.determinant()));
   return R;
 }
 
@@ -84,8 +81,8 @@ Turn read_turn(TomlTable& table) {
                    *axis = table.find("axis");
   const toml::node *angle = table.find("angle"), *angle_deg = table.find("angle_deg");
   if ((matrix != nullptr) + (quaternion != nullptr) + (axis != nullptr) > 1)
-    table.refuse("has several of matrix, quaternion and axis, expected at most one");
-  if (axis && !angle == !angle_deg) table.refuse("its axis needs one of angle and angle_deg");
+    table.refuse("has more than one of matrix, quaternion and axis, expected at most one");
+  if (axis && !angle == !angle_deg) table.refuse("its axis needs either angle or angle_deg");
   if (!axis && (angle || angle_deg)) table.refuse("has an angle without an axis");
   if (matrix) turn.matrix = rotation_matrix_of(table, *matrix);
   if (quaternion) {
@@ -107,10 +104,9 @@ std::vector<Range> read_ranges(const TomlTable& table, const toml::node& node, d
   if (!is_ball) return {one(node, "range")};
   const toml::array& pairs = table.list(node, "range");
   if (pairs.size() != 3)
-    table.refuse(node,
-                 fmt::format("range is a list of {}, expected three ranges [[lower, upper], ...], of the "
-                             "components of the ball's rotation vector",
-                             pairs.size()));
+    table.refuse(node, fmt::format("range is a list of {}, expected three ranges [[lower, upper], ...], one "
+                                   "per component of the ball's rotation vector",
+                                   pairs.size()));
   std::vector<Range> out;
   for (const toml::node& pair : pairs) out.push_back(one(pair, "a range of the ball"));
   return out;
@@ -127,9 +123,10 @@ TimeFunction read_time_function(const TomlTable& table, const toml::node& node, 
     return out;
   }
   if (!node.is_array())
-    table.refuse(node, fmt::format("{} is {}, expected a number, a list of polynomial coefficients, or "
-                                   "a table with a kind",
-                                   label, TomlTable::kind_of(node)));
+    table.refuse(
+        node,
+        fmt::format("{} is {}, expected a number, a list of polynomial coefficients, or a table with a kind",
+                    label, TomlTable::kind_of(node)));
   const std::vector<double> coefficients = table.numbers(node, label);
   if (coefficients.empty()) table.refuse(node, fmt::format("{} has no coefficients", label));
   return Polynomial{coefficients};

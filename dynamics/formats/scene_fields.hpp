@@ -103,7 +103,7 @@ Variant read_kind(TomlTable& table, const std::string& kind, Mentions* mentions,
                   std::vector<std::string_view> known = {}) {
   if constexpr (i == std::variant_size_v<Variant>) {
     table.refuse(table.require("kind"),
-                 fmt::format("no kind is named \"{}\"; known: {}", kind, fmt::join(known, ", ")));
+                 fmt::format("there is no kind named \"{}\"; known: {}", kind, fmt::join(known, ", ")));
   } else {
     using T = std::variant_alternative_t<i, Variant>;
     if constexpr (!IsCode<T>) {

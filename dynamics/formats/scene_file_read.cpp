@@ -53,10 +53,9 @@ Inertial read_inertial(TomlTable& table) {
   table.read("centre", out.centre);
   const toml::node* tensor = table.find("tensor");
   if (!tensor)
-    table.refuse(
-        table.require("mass"),
-        "mass has no tensor beside it; give the tensor about the gravity centre (a point mass: [0, 0, 0]), "
-        "or give mass or density within shape");
+    table.refuse(table.require("mass"),
+                 "mass needs a tensor; give the tensor about the gravity centre (a point mass: [0, 0, 0]), "
+                 "or give mass or density within shape");
   out.tensor = read_tensor(table, *tensor);
   if (const auto fine = check_physical(out, table.what(), Extent::may_be_bar_or_point); !fine)
     table.refuse(out.mass > 0 ? *tensor : table.require("mass"), fine.error().what);
@@ -74,10 +73,11 @@ Form read_form(TomlTable& table) {
   if (kind == "cone") return Cone{size("radius"), size("length")};
   if (kind == "capsule") return Capsule{size("radius"), size("length")};
   if (kind != "mesh")
-    table.refuse(table.require("kind"),
-                 fmt::format("no shape is named \"{}\"; known: box, sphere, ellipsoid, cylinder, "
-                             "cone, capsule, mesh",
-                             kind));
+    table.refuse(
+        table.require("kind"),
+        fmt::format(
+            "there is no shape named \"{}\"; known: box, sphere, ellipsoid, cylinder, cone, capsule, mesh",
+            kind));
   ClosedMesh mesh;
   for (const toml::node& p : table.list(table.require("vertices"), "vertices"))
     mesh.vertices.push_back(table.vector3(p, "a vertex"));
@@ -87,8 +87,8 @@ Form read_form(TomlTable& table) {
     for (int k = 0; k < 3; ++k) {
       if (!(corners[k] >= 0 && corners[k] < static_cast<double>(mesh.vertices.size())) ||
           corners[k] != std::floor(corners[k]))
-        table.refuse(t, fmt::format("a triangle names vertex {}, but the vertices go from 0 to {}",
-                                    corners[k], static_cast<long>(mesh.vertices.size()) - 1));
+        table.refuse(t, fmt::format("a triangle refers to vertex {}; vertices run from 0 to {}", corners[k],
+                                    static_cast<long>(mesh.vertices.size()) - 1));
       triangle[k] = static_cast<int>(corners[k]);
     }
     mesh.triangles.push_back(triangle);
@@ -123,7 +123,7 @@ Solid read_solid(TomlTable& table, std::size_t number, std::vector<const toml::n
   out.name = table.name(table.require("name"), "name");
   out.line = table.line();
   table.rename(fmt::format("solid '{}'", out.name));
-  if (out.name == world_name) table.refuse("the name 'world' stands for the fixed frame");
+  if (out.name == world_name) table.refuse("the name 'world' is reserved for the fixed frame");
   if (const toml::node* parent = table.find("parent")) out.parent = table.name(*parent, "parent");
 
   std::size_t count = 0;
@@ -178,7 +178,8 @@ SimulationSettings read_simulation(TomlTable& table) {
   not_negative("accuracy", s.accuracy);
   for (const std::string_view chosen : {"method", "tolerance"})
     if (const toml::node* node = table.find(chosen); node && s.accuracy > 0)
-      table.refuse(*node, fmt::format("{} has no effect beside accuracy, which chooses it", chosen));
+      table.refuse(
+          *node, fmt::format("{} has no effect with accuracy, which chooses it; remove one of them", chosen));
   if (const toml::node* node = table.find("verify")) s.verify = table.boolean(*node, "verify");
   not_negative("spectral_radius", s.spectral_radius);
   if (s.spectral_radius > 1)
@@ -257,7 +258,7 @@ void check_circles(const TomlTable& root, const Scene& scene, const std::vector<
           circle += " -> " + next;
           if (next == name) break;
         }
-        root.refuse(*nodes[at], fmt::format("the parents of '{}' run in a circle: {}", name, circle));
+        root.refuse(*nodes[at], fmt::format("the parents of '{}' form a loop: {}", name, circle));
       }
       if (seen[at] >= 0) break;
       seen[at] = static_cast<int>(start);
@@ -349,16 +350,16 @@ class SceneReader {
   void check_names() const {
     for (const auto& [name, node, key] : parents_)
       if (name != world_name && !solids_.has(name))
-        root_.refuse(*node, fmt::format("no solid is named '{}', expected 'world' or one of: {}", name,
+        root_.refuse(*node, fmt::format("there is no solid named '{}', expected 'world' or one of: {}", name,
                                         solids_.list()));
     check_circles(root_, scene_, solid_nodes_);
     for (const auto& [name, node, key] : mentions_.solids)
       if (name != world_name && !solids_.has(name))
-        root_.refuse(*node, fmt::format("no solid is named '{}', expected 'world' or one of: {}", name,
+        root_.refuse(*node, fmt::format("there is no solid named '{}', expected 'world' or one of: {}", name,
                                         solids_.list()));
     for (const auto& [name, node, in_degrees] : mentions_.coordinates) {
       if (!coordinates_.has(name))
-        root_.refuse(*node, fmt::format("no coordinate is named '{}', expected one of: {}", name,
+        root_.refuse(*node, fmt::format("there is no coordinate named '{}', expected one of: {}", name,
                                         coordinates_.list()));
       if (!in_degrees.empty() && !is_angle_.at(name))
         root_.refuse(*node, fmt::format("{} needs a rotation, but '{}' is a translation", in_degrees, name));
@@ -400,10 +401,12 @@ Result<Scene> read_scene(const std::filesystem::path& path) {
   if (!bytes) return tl::unexpected(bytes.error());
   const std::string& text = *bytes;
   if (const auto other = what_else(text); !other.empty())
-    return bad_use(path.string(), fmt::format("is not a scene but {}: expected TOML, MJCF, URDF or OpenSim", other));
+    return bad_use(path.string(),
+                   fmt::format("is not a scene but {}; expected TOML, MJCF, URDF or OpenSim", other));
   auto scene = parse_scene(text, path.string());
   if (scene && scene->solids.empty())
-    return bad_use(path.string(), "holds no solid, so nothing can move: a scene has one [[solid]] at least");
+    return bad_use(path.string(),
+                   "contains no solid, so nothing can move; a scene needs at least one [[solid]]");
   return scene;
 }
 

@@ -103,7 +103,7 @@ Motion read_motion(TomlTable& table, bool is_ball) {
                    *coupled = table.find("coupled");
   if (locked && driven) table.refuse(*driven, "is locked and driven, expected one of them");
   if (coupled && (locked || driven))
-    table.refuse(*coupled, "is coupled and locked or driven, expected one of them");
+    table.refuse(*coupled, "is coupled, and locked or driven, expected one of them");
   if (coupled) {
     if (is_ball) table.refuse(*coupled, "is a ball, which cannot be coupled");
     TomlTable inner = table.table(*coupled, fmt::format("{}, coupled", table.what()));
@@ -117,11 +117,9 @@ Motion read_motion(TomlTable& table, bool is_ball) {
   if (!is_ball) return Driven{{read_time_function(table, *driven, "driven")}};
   const toml::array& parts = table.list(*driven, "driven");
   if (parts.size() != 3)
-    table.refuse(
-        *driven,
-        fmt::format("driven is a list of {}, expected three functions of time, the components of the "
-                    "ball's rotation vector",
-                    parts.size()));
+    table.refuse(*driven, fmt::format("driven is a list of {}, expected three functions of time, one per "
+                                      "component of the ball's rotation vector",
+                                      parts.size()));
   Driven out;
   for (const toml::node& part : parts) out.functions.push_back(read_time_function(table, part, "driven"));
   return out;
@@ -223,17 +221,16 @@ Switch read_elementary(TomlTable& table, std::string_view key) {
   out.v = read_coordinate(table, "velocity", static_cast<std::size_t>(nv), rotates);
   table.read("armature", out.armature);
   if (out.armature < 0)
-    table.refuse(*table.find("armature"),
-                 fmt::format("armature is {}, expected no negative number", out.armature));
+    table.refuse(*table.find("armature"), fmt::format("armature is {}, expected 0 or more", out.armature));
   out.motion = read_motion(table, is_ball);
   out.ranges = read_ranges(table, is_ball, rotates);
   table.finish();
   if (!out.v.empty() && !std::holds_alternative<Free>(out.motion))
     table.refuse("has a velocity, which only a free coordinate may have");
   if (!out.q.empty() && !is_ball && std::holds_alternative<Driven>(out.motion))
-    table.refuse("has a value, but a driven coordinate has the value of its function");
+    table.refuse("has a value, but a driven coordinate takes the value of its function");
   if (!out.q.empty() && std::holds_alternative<Coupled>(out.motion))
-    table.refuse("has a value, but a coupled coordinate has the value of its function");
+    table.refuse("has a value, but a coupled coordinate takes the value of its function");
   // the other coordinate determines the start of a coupled one
   if (out.ranges.empty() || std::holds_alternative<Coupled>(out.motion)) return out;
   std::vector<double> start = out.q;

@@ -365,8 +365,9 @@ Result<std::string> action_of(const std::string& what, const Action& action) {
   return std::visit(
       [&]<class Kind>(const Kind& kind) -> Result<std::string> {
         if constexpr (IsCode<Kind>) {
-          return bad_use(fmt::format("{} '{}'", what, action.name),
-                         fmt::format("is C++, which a scene file cannot hold; use another kind of {}", what));
+          return bad_use(
+              fmt::format("{} '{}'", what, action.name),
+              fmt::format("is C++ code, which a scene file cannot contain; use another kind of {}", what));
         } else {
           Entries out{{"name", text_of(action.name)}};
           for (auto& entry : entries_of(kind)) out.push_back(std::move(entry));

@@ -138,7 +138,7 @@ std::vector<const toml::node*> TomlTable::tables(std::string_view key) {
   if (!node->is_array())
     refuse(*node, fmt::format("{} is {}, expected a table or a list of tables", key, kind_of(*node)));
   for (const toml::node& entry : *node->as_array()) {
-    if (!entry.is_table()) refuse(entry, fmt::format("{} holds {}, expected tables", key, kind_of(entry)));
+    if (!entry.is_table()) refuse(entry, fmt::format("{} contains {}, expected tables", key, kind_of(entry)));
     out.push_back(&entry);
   }
   return out;

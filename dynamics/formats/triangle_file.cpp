@@ -49,7 +49,7 @@ Result<ClosedMesh> text_stl(const std::string& text, const std::string& file) {
     if (word != "vertex") continue;
     if (corner == 3 || !(words >> corners[corner][0] >> corners[corner][1] >> corners[corner][2]))
       return bad_use(fmt::format("{}:{}", file, number),
-                     "expected three vertices of three numbers to a facet");
+                     "expected three vertices of three numbers per facet");
     if (++corner == 3) add_triangle(mesh, corners);
   }
   return mesh;
@@ -77,21 +77,21 @@ Result<ClosedMesh> obj(const std::string& text, const std::string& file) {
     words >> word;
     if (word == "v") {
       Vector3d p;
-      if (!(words >> p[0] >> p[1] >> p[2])) return bad_use(where(), "a vertex takes three numbers");
+      if (!(words >> p[0] >> p[1] >> p[2])) return bad_use(where(), "a vertex needs three numbers");
       mesh.vertices.push_back(p);
     } else if (word == "f") {
       std::vector<int> corners;
       while (words >> word) {  // "7", "7/1", "7//3", "-1": the vertex stands before the first slash
         int index = 0;
         if (!(std::istringstream(word.substr(0, word.find('/'))) >> index))
-          return bad_use(where(), fmt::format("'{}' is no corner of a face", word));
+          return bad_use(where(), fmt::format("'{}' is not a corner of a face", word));
         const int count = static_cast<int>(mesh.vertices.size());
         corners.push_back(index < 0 ? count + index : index - 1);
         if (corners.back() < 0 || corners.back() >= count)
-          return bad_use(where(),
-                         fmt::format("the face names vertex {}, but {} stand before it", index, count));
+          return bad_use(
+              where(), fmt::format("the face refers to vertex {}, but only {} come before it", index, count));
       }
-      if (corners.size() < 3) return bad_use(where(), "a face takes three corners or more");
+      if (corners.size() < 3) return bad_use(where(), "a face needs at least three corners");
       if (corners.size() == 4) {  // along the shorter diagonal, which lies inside most non-convex ones too
         const auto far = [&](int i, int j) {
           return (mesh.vertices[corners[i]] - mesh.vertices[corners[j]]).norm();
@@ -110,7 +110,7 @@ Result<ClosedMesh> obj(const std::string& text, const std::string& file) {
 Result<ClosedMesh> msh(const std::string& bytes, const std::string& file) {
   std::int32_t counts[4] = {};
   if (bytes.starts_with("$MeshFormat"))
-    return bad_use(file, "is a mesh of Gmsh, expected MuJoCo's binary .msh; save it as .stl or .obj");
+    return bad_use(file, "is a Gmsh mesh, expected MuJoCo's binary .msh; save it as .stl or .obj");
   if (bytes.size() < sizeof counts) return bad_use(file, "is too short for an .msh file");
   std::memcpy(counts, bytes.data(), sizeof counts);
   const auto [points, normals, textures, triangles] = counts;
@@ -134,8 +134,8 @@ Result<ClosedMesh> msh(const std::string& bytes, const std::string& file) {
     std::memcpy(corners, at, sizeof corners);
     for (const std::int32_t c : corners)
       if (c < 0 || c >= points)
-        return bad_use(
-            file, fmt::format("triangle {} names vertex {}, but they go from 0 to {}", i, c, points - 1));
+        return bad_use(file, fmt::format("triangle {} refers to vertex {}; vertices run from 0 to {}", i, c,
+                                         points - 1));
     mesh.triangles.push_back({corners[0], corners[1], corners[2]});
   }
   return mesh;
@@ -155,10 +155,10 @@ Result<ClosedMesh> read_triangles(const std::filesystem::path& path) {
               : ending == ".obj" ? obj(*bytes, path.string())
                                  : msh(*bytes, path.string());
   if (mesh && mesh->triangles.empty() && (ending == ".stl" || mesh->vertices.empty()))
-    return bad_use(path.string(), "holds no triangles");
+    return bad_use(path.string(), "contains no triangles");
   if (mesh)
     for (const Vector3d& p : mesh->vertices)
-      if (!p.allFinite()) return bad_use(path.string(), "holds a vertex that is not finite");
+      if (!p.allFinite()) return bad_use(path.string(), "contains a vertex that is not finite");
   return mesh;
 }
 

@@ -21,8 +21,8 @@ void refuse_xacro(const XmlElement& element) {
   for (const XmlElement& c : element.children) {
     if (c.name.starts_with("xacro:"))
       c.refuse(
-          "is xacro, a language that writes URDF; expand the file first (xacro FILE > robot.urdf) and read "
-          "that");
+          "is xacro, a language that generates URDF; expand the file (xacro FILE > robot.urdf) and read the "
+          "result");
     refuse_xacro(c);
   }
 }
@@ -98,7 +98,7 @@ void add_inertial(const XmlElement& link, Solid& solid) {
   if (own.mass == 0 && own.tensor.isZero(0)) return;
   if (own.mass < 0)
     element->refuse(
-        fmt::format("of link '{}' has a mass of {:g} kg, expected none below zero", solid.name, own.mass));
+        fmt::format("of link '{}' has a mass of {:g} kg, expected 0 or more", solid.name, own.mass));
   solid.inertials.push_back(own.expressed_in(X.R, X.p));
 }
 
@@ -174,7 +174,7 @@ class UrdfReader {
     settle(options.minimum_mass);
     say_no_contacts();
     if (!without_size_.empty())
-      model_.not_modelled.other.push_back(fmt::format("shapes without size: {} times, first at {}",
+      model_.not_modelled.other.push_back(fmt::format("shapes without a size: {} times, first at {}",
                                                       without_size_.size(), without_size_.front()));
     list_unread(root_, urdf_motion_rules, model_.not_modelled);
     return std::move(model_);
@@ -188,7 +188,7 @@ class UrdfReader {
       const std::string& name = c.require("name");
       if (name.empty()) c.refuse("its name is empty; give it one");
       auto& known = c.name == "link" ? links_ : joint_names_;
-      if (!known.emplace(name, &c).second) c.refuse("there are two of this name; names must differ");
+      if (!known.emplace(name, &c).second) c.refuse("the name appears twice; names must differ");
       if (c.name == "joint") joints_.push_back(&c);
     }
     if (links_.empty()) root_.refuse("has no <link>");
@@ -219,7 +219,7 @@ class UrdfReader {
   const std::string& link_of(const XmlElement& joint, const char* which) const {
     const XmlElement& end = joint.require_child(which);
     const std::string& link = end.require("link");
-    if (!links_.contains(link)) end.refuse("link", fmt::format("no link is named '{}'", link));
+    if (!links_.contains(link)) end.refuse("link", fmt::format("there is no link named '{}'", link));
     return link;
   }
 
@@ -242,7 +242,7 @@ class UrdfReader {
       link_of(*joint, "parent");
       const std::string& child = link_of(*joint, "child");
       if (!above.emplace(child, joint).second)
-        joint->refuse(fmt::format("link '{}' is the child of joint '{}' too; URDF has no loops", child,
+        joint->refuse(fmt::format("link '{}' is also the child of joint '{}'; URDF allows no loops", child,
                                   above.at(child)->text("name")));
     }
     std::vector<std::string> roots;
@@ -250,7 +250,7 @@ class UrdfReader {
       if (!above.contains(name)) roots.push_back(name);
     if (roots.size() > 1)
       links_.at(roots[1])->refuse(
-          fmt::format("hangs on no joint, as others do: {}; expected one root", name_list(roots)));
+          fmt::format("has no parent joint, like others: {}; expected one root", name_list(roots)));
     std::map<std::string, std::size_t> passed;  // the walk, by number, that visited a link first
     for (const auto& [name, joint] : above) {
       const std::size_t start = passed.size() + 1;
@@ -278,7 +278,7 @@ class UrdfReader {
     Solid solid = solid_of(link);
     if (link == world_name) {
       if (floating)
-        links_.at(link)->refuse("is the root and cannot float: it is the world; leave out --floating");
+        links_.at(link)->refuse("is the root and the world itself, so it cannot float; leave out --floating");
       if (solid.inertials.empty() && solid.shapes.empty()) return;
       solid.name = "world link";
       while (links_.contains(solid.name)) solid.name += "'";
@@ -292,7 +292,7 @@ class UrdfReader {
   void add_joint(const XmlElement& joint) {
     const std::string& link = link_of(joint, "child");
     if (link == world_name)
-      links_.at(link)->refuse("bears the fixed frame's name, but is not the root; rename it");
+      links_.at(link)->refuse("has the fixed frame's name but is not the root; rename it");
     Solid solid = solid_of(link);
     solid.parent = link_of(joint, "parent");
     if (const Pose X = origin_of(joint); !X.R.isIdentity(0) || !X.p.isZero(0)) {
@@ -353,8 +353,8 @@ class UrdfReader {
     if (start == 0) return;
     one.q = {start};
     model_.not_modelled.motion.push_back(
-        fmt::format("joint '{}' starts at {:g}, for 0 lies outside its limits: at {}", one.coordinate, start,
-                    limit->where()));
+        fmt::format("joint '{}' starts at {:g}, because 0 lies outside its limits: at {}", one.coordinate,
+                    start, limit->where()));
   }
 
   void add_damping(const XmlElement& joint, const std::string& name) {
@@ -395,7 +395,7 @@ class UrdfReader {
     for (const std::string& end : {name, other})
       if (!is_scalar(end))
         mimic->refuse(
-            fmt::format("'{}' is no joint with one coordinate, as both ends of a <mimic> must be", end));
+            fmt::format("'{}' is not a joint with one coordinate, which a <mimic> needs at both ends", end));
     coupling.coordinates = {{name}, {other}};
     coupling.ratios = {1, -mimic->number("multiplier", 1)};
     coupling.value = constant(mimic->number("offset", 0));

@@ -72,12 +72,12 @@ std::vector<double> numbers_in(const std::string& text, std::size_t least, std::
     double x = 0;
     const auto [stop, problem] = std::from_chars(begin, word_end, x);
     if (problem != std::errc{} || stop != word_end || !std::isfinite(x))
-      refuse(fmt::format("holds '{}', expected finite numbers", std::string(at, word_end)));
+      refuse(fmt::format("contains '{}', expected finite numbers", std::string(at, word_end)));
     out.push_back(x);
     at = word_end;
   }
   if (out.size() < least || out.size() > most)
-    refuse(fmt::format("holds {} numbers, expected {}{}", out.size(),
+    refuse(fmt::format("contains {} numbers, expected {}{}", out.size(),
                        least == most ? "" : fmt::format("{} to ", least), most));
   return out;
 }
@@ -122,7 +122,7 @@ double XmlElement::number(std::string_view key, double standard) const {
 
 double XmlElement::not_negative(std::string_view key, double standard) const {
   const double value = number(key, standard);
-  if (value < 0) refuse(key, fmt::format("{} is {:g}, expected no negative number", key, value));
+  if (value < 0) refuse(key, fmt::format("{} is {:g}, expected 0 or more", key, value));
   return value;
 }
 
@@ -148,7 +148,7 @@ const XmlElement* XmlElement::child(std::string_view child_name) const {
   const XmlElement* found = nullptr;
   for (const XmlElement& c : children) {
     if (c.name != child_name) continue;
-    if (found) c.refuse(fmt::format("{} has a second one; expected one", describe()));
+    if (found) c.refuse(fmt::format("{} has two of these; expected one", describe()));
     found = &c;
     c.read = true;
   }

@@ -16,7 +16,7 @@ namespace {
 
 constexpr const char* no_convergence =
     "the equations of an implicit step did not converge; take smaller steps";
-constexpr const char* no_motion = "nothing is free to move, and the method is for what is; name another";
+constexpr const char* no_motion = "nothing is free to move; choose another method";
 
 /// Whether the row is a tangential row of a contact: it constrains the sliding velocity, not a position.
 bool is_slip(const System& system, int row) {
@@ -51,9 +51,8 @@ void GeneralizedAlpha::take_up(double t, double h, const Eigen::VectorXd& dy) {
 
 const char* GeneralizedAlpha::objection(const System& system, ConstraintTreatment treatment) const {
   return treatment == ConstraintTreatment::projection && system.has_kinematic_rows()
-             ? "holds positions, and falls to first order where rows hold velocities alone; set constraints "
-               "to "
-               "baumgarte"
+             ? "corrects positions only, and drops to first order where constraints hold velocities alone; "
+               "set constraints to baumgarte"
              : nullptr;
 }
 

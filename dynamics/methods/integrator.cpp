@@ -113,7 +113,7 @@ Result<std::unique_ptr<Integrator>> make_integrator(const std::string& name, dou
   for (const Method& method : methods)
     if (name == method.name) return method.make({tolerance, spectral_radius});
   return bad_use(fmt::format("method '{}'", name),
-                 fmt::format("is not known; there are {}", fmt::join(integrator_names(), ", ")));
+                 fmt::format("is unknown; choose from {}", fmt::join(integrator_names(), ", ")));
 }
 
 bool method_is_adaptive(const std::string& name) {

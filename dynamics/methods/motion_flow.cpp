@@ -249,7 +249,8 @@ double MotionFlow::distance(const Eigen::VectorXd& y, const State& state) {
 Error MotionFlow::failure(double t) const {
   if (!fault_ && turned_ < 0)
     return {system_.scene,
-            fmt::format("the rounds of a step did not settle at t = {:.6g} s; take a smaller tolerance", t)};
+            fmt::format("the iterations of a step did not converge at t = {:.6g} s; take a smaller tolerance",
+                        t)};
   if (fault_) return describe(system_, fault_, t);
   for (const CoordinateInfo& info : system_.coordinates)
     if (info.v_index == turned_)
@@ -263,7 +264,7 @@ Error MotionFlow::failure(double t) const {
 std::string MotionFlow::component(int i) const {
   const int n = system_.nv;
   if (i >= 2 * n + 4 && i < 2 * n + 4 + system_.groups)
-    return fmt::format("the work of drives and constraints on '{}' and what it is tied to",
+    return fmt::format("the work of drives and constraints on '{}' and the solids tied to it",
                        system_.group_name(i - 2 * n - 4));
   if (i < 0 || i >= 2 * n) return "the energy balance";
   std::string solid;

@@ -32,7 +32,7 @@ bool move_positions(Flow& flow, double h, const Eigen::VectorXd& y, Eigen::Vecto
 }
 
 constexpr const char* turns_too_far =
-    "the positions of a step could not be found: it turns a ball too far; take smaller steps";
+    "the positions of a step could not be found, because it turns a ball too far; take smaller steps";
 
 }  // namespace
 
@@ -65,9 +65,8 @@ Attempt VelocityVerlet::attempt(Flow& flow, double t, double h, const Eigen::Vec
     // A diverging iteration may reach velocities at which f cannot be evaluated.
     if (verdict == Settling::Verdict::failed || !flow.derivative(t, half_, first_)) {
       failed.trouble =
-          "the half step of the velocity did not converge: forces depend on it too strongly for this method "
-          "and "
-          "step; take smaller steps, or an implicit method";
+          "the half step of the velocity did not converge, because forces depend on it too strongly; take "
+          "smaller steps, or an implicit method";
       return failed;
     }
   }

@@ -20,12 +20,11 @@ namespace borelli {
 namespace {
 
 constexpr const char* no_convergence =
-    "the equations of an implicit step did not converge, however short the step; the motion cannot be "
-    "continued to "
-    "the tolerance";
+    "the equations of an implicit step did not converge at any step size, so the tolerance cannot be met; "
+    "take a larger tolerance";
 constexpr const char* no_accuracy =
-    "the error of a step stays above the tolerance, however short the step; the motion cannot be continued "
-    "to it";
+    "the error of a step exceeds the tolerance at any step size, so the run cannot continue; take a larger "
+    "tolerance";
 
 // Step proposed to the run: all that is left, because the solver chooses its own steps within it.
 constexpr double own_choice = std::numeric_limits<double>::infinity();
@@ -135,9 +134,7 @@ void CvodeBdf::reset() { memory_.reset(); }
 
 const char* CvodeBdf::objection(const System& system, ConstraintTreatment treatment) const {
   return treatment == ConstraintTreatment::projection && system.rows > 0
-             ? "goes on from several earlier steps, which a projection after each would spoil; set "
-               "constraints to "
-               "baumgarte"
+             ? "uses several earlier steps, which projection would spoil; set constraints to baumgarte"
              : nullptr;
 }
 

@@ -94,12 +94,12 @@ CubicSpline::CubicSpline(std::vector<double> x, std::vector<double> y, SplineEnd
 std::string CubicSpline::complaint(const std::vector<double>& x, const std::vector<double>& y,
                                    SplineEnds ends) {
   const std::size_t least = ends == SplineEnds::periodic ? 4 : 2;
-  if (x.size() != y.size()) return fmt::format("has {} places and {} values", x.size(), y.size());
-  if (x.size() < least) return fmt::format("has {} values, expected {} at least", x.size(), least);
+  if (x.size() != y.size()) return fmt::format("has {} times and {} values", x.size(), y.size());
+  if (x.size() < least) return fmt::format("has {} values, expected at least {}", x.size(), least);
   for (std::size_t i = 0; i < x.size(); ++i) {
-    if (!std::isfinite(x[i]) || !std::isfinite(y[i])) return "holds something that is not a finite number";
+    if (!std::isfinite(x[i]) || !std::isfinite(y[i])) return "contains a number that is not finite";
     if (i > 0 && !(x[i] > x[i - 1]))
-      return fmt::format("its places must rise, but {} comes after {}", x[i], x[i - 1]);
+      return fmt::format("its times must increase, but {} comes after {}", x[i], x[i - 1]);
   }
   if (ends == SplineEnds::periodic && y.front() != y.back())
     return fmt::format("is periodic, but begins with {} and ends with {}", y.front(), y.back());

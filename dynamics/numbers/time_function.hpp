@@ -86,7 +86,7 @@ struct Table {
   std::string complaint() const {
     const std::string bad = CubicSpline::complaint(times, values, ends);
     if (!bad.empty()) return "its table: " + bad;
-    return spline_.knots() == times ? "" : "its table was changed: prepare() it";
+    return spline_.knots() == times ? "" : "its table was changed; call prepare()";
   }
 
   template <class T>
@@ -127,7 +127,7 @@ inline std::string complaint_of(const TimeFunction& f) {
     if (const std::string bad = table->complaint(); !bad.empty()) return bad;
   return std::isfinite(at(f, 0).value) && std::isfinite(at(f, 1).value)
              ? ""
-             : "its function gives no finite number";
+             : "its function does not give finite numbers";
 }
 
 }  // namespace borelli

@@ -168,8 +168,8 @@ class Search {
           next_tolerance(std::max(0.1, first_ / chosen_.tolerance));
         else
           exact_ = parted_ = true;  // the disturbed motion may end where the undisturbed one does not
-        ended_ =
-            fmt::format("put off a little ({:.2g}), it ends: {}", limits_.disturbance, now.error().message());
+        ended_ = fmt::format("with the start disturbed by {:.2g}, the run ends: {}", limits_.disturbance,
+                             now.error().message());
         continue;
       }
       if (!now || stopped()) return now;
@@ -182,7 +182,7 @@ class Search {
       limits_.leave_if_stiff = false;                                 // and finer runs are less stiff
       if (!before_ && wasteful(now->certificate)) {
         choose_explicit();
-        why_ = fmt::format("{}, but {} loses what moves", found_, implicit_);
+        why_ = fmt::format("{}, but {} dissipates the motion", found_, implicit_);
         continue;
       }
       rough_ = rough_ || (!settings_.verify && is_rough(now->certificate));
@@ -236,7 +236,7 @@ class Search {
 
   void choose_explicit() {
     chosen_.method = "dop853";
-    why_ = "cheapest where a scene is not stiff";
+    why_ = "the cheapest method if a scene is not stiff";
     least_ = least_explicit;
     choose_tolerance();
   }
@@ -347,11 +347,10 @@ class Search {
         settings_.accuracy, tolerance_before_, chosen_.tolerance, found.size, worst.name, worst.solid,
         found.time,
         event == c.events.end()
-            ? "shorten the run, or ask for less"
-            : fmt::format(
-                  "an event ({} '{}') falls on that time, so that one shows what is before it and the "
-                  "other what is after: ask for rows at other times",
-                  event->kind, event->name));
+            ? "shorten the run, or give a lower accuracy"
+            : fmt::format("an event ({} '{}') falls on that time, so one run shows the state before it and "
+                          "the other the state after; choose other output times",
+                          event->kind, event->name));
     c.reason += fmt::format("; the state is known to that accuracy up to t = {:.6g} s", agree);
     c.reason_time = found.time;
     return true;

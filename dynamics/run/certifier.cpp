@@ -117,7 +117,7 @@ void Certifier::observe_energy(double t, const Workspace& workspace, const Work&
 }
 
 std::string Certifier::group_words(int group) const {
-  return fmt::format("'{}' and what it is tied to", system_.group_name(group));
+  return fmt::format("'{}' and the solids tied to it", system_.group_name(group));
 }
 
 /// The energy, J, that a group's drift is relative to: its turnover, or with contacts that the method treats
@@ -160,14 +160,14 @@ void Certifier::judge_energy(const Work& work) {
   if (worst >= 0) {
     const Climb& drift = groups_[worst].energy.judged(allowed(worst));
     const double turnover = energy_scale(worst), since = drift.since(allowed(worst));
-    distrust(since, fmt::format("the energy balance of {} is off by {:.3g} J at t = {:.6g} s, {:.2g} of the "
-                                "{:.3g} J turned over (limit {:.2g}, passed at t = {:.6g} s)",
+    distrust(since, fmt::format("the energy balance of {} has an error of {:.3g} J at t = {:.6g} s, {:.2g} "
+                                "of the {:.3g} J turned over (limit {:.2g}, exceeded at t = {:.6g} s)",
                                 group_words(worst), drift.largest(), drift.time(), drift.largest() / turnover,
                                 turnover, limit, since));
   } else if (without_row_work) {
     note(
-        fmt::format("energy is judged without the work of constraint rows: it drifts by {:.2g} J, with that "
-                    "work by {:.2g} J",
+        fmt::format("the energy judgement leaves out the work of constraint rows: without it energy drifts "
+                    "by {:.2g} J, with it by {:.2g} J",
                     energy_.without_row_work.largest(), energy_.drift.largest()));
     certificate_.energy_drift = energy_.without_row_work.largest();
     certificate_.energy_drift_time = energy_.without_row_work.time();
@@ -176,15 +176,17 @@ void Certifier::judge_energy(const Work& work) {
     const double size = work.groups[moved].projection_size, turnover = energy_scale(moved);
     const double since = groups_[moved].energy.projected.since(limit * turnover);
     const Group& group = groups_[moved];
-    distrust(since,
-             fmt::format("projections on the constraints of {} moved {:.3g} J in all, {:.2g} of the {:.3g} J "
-                         "turned over (limit {:.2g}, passed at t = {:.6g} s){}",
-                         group_words(moved), size, size / turnover, turnover, limit, since,
-                         group.moved_row < 0
-                             ? ""
-                             : fmt::format("; most at t = {:.6g} s, where row '{}' was the farthest "
-                                           "off",
-                                           group.moved_time, system_.row_names[group.moved_row])));
+    distrust(
+        since,
+        fmt::format(
+            "projections onto the constraints of {} changed energy by {:.3g} J in all, {:.2g} of the {:.3g} "
+            "J turned over (limit {:.2g}, exceeded at t = {:.6g} s){}",
+            group_words(moved), size, size / turnover, turnover, limit, since,
+            group.moved_row < 0
+                ? ""
+                : fmt::format(
+                      "; the largest change came at t = {:.6g} s, where row '{}' had the largest residual",
+                      group.moved_time, system_.row_names[group.moved_row])));
   }
 }
 
@@ -289,7 +291,7 @@ void Certifier::judge_residuals() {
     if (residual.velocity > limit * scale * groups_[system_.constraints[i].group].largest_speed)
       distrust(
           residual.velocity_time,
-          fmt::format("the rate of constraint '{}' is off by {:.3g} per second at t = {:.6g} s{}",
+          fmt::format("the rate of constraint '{}' has an error of {:.3g} per second at t = {:.6g} s{}",
                       residual.constraint, residual.velocity, residual.velocity_time, ties(rows.velocity)));
   }
 }
@@ -302,8 +304,7 @@ void Certifier::note_singular_positions() {
   if (singular_.passages() == 0) return;
   note(
       fmt::format("singular position at t = {:.6g} s, where the rank of the constraint rows falls to {}{}: "
-                  "passed by inertia, the "
-                  "velocities' line turning by at most {:.2g} rad",
+                  "inertia carried the motion through, and its direction turned by at most {:.2g} rad",
                   singular_.first_passage(), singular_.first_rank(),
                   singular_.passages() > 1 ? fmt::format(", and {} more", singular_.passages() - 1) : "",
                   singular_.largest_turn()));
@@ -317,10 +318,9 @@ void Certifier::note_assembly(const Assembly& assembly) {
   const auto tell = [&](const char* what, const char* per, const Assembly::Move& move) {
     // Smaller moves are rounding in the scene's numbers.
     if (move.relative <= 1e-9) return;
-    note(
-        fmt::format("assembly on the constraints changed the initial {}, most that of coordinate '{}', by "
-                    "{:.6g} {}{}",
-                    what, move.coordinate, move.size, move.angle ? "rad" : "m", per));
+    note(fmt::format(
+        "assembly of the constraints changed the initial {}, most of all coordinate '{}', by {:.6g} {}{}",
+        what, move.coordinate, move.size, move.angle ? "rad" : "m", per));
   };
   tell("positions", "", assembly.position);
   tell("velocities", "/s", assembly.velocity);
@@ -345,13 +345,12 @@ void Certifier::observe_contacts(double t, const ContactStep& step) {
     touching = std::max(touching, system_.row_scale[contact.row]);
   }
   if (step.passed >= 0)
-    distrust(t,
-             fmt::format("what meets at '{}' may go through within the step that ends at t = {:.6g} s; take "
-                         "shorter steps",
-                         system_.contacts[step.passed].name, t));
+    distrust(t, fmt::format("bodies at contact '{}' may pass through each other within the step that ends at "
+                            "t = {:.6g} s; take shorter steps",
+                            system_.contacts[step.passed].name, t));
   if (step.unsettled > ContactStep::most_unsettled)
-    distrust(t, fmt::format("the impulses of the contacts did not settle at t = {:.6g} s: {:.2g} of their "
-                            "velocities is left, most at '{}'",
+    distrust(t, fmt::format("the contact impulses did not converge at t = {:.6g} s: {:.2g} of their "
+                            "velocities remains, most at '{}'",
                             t, step.unsettled, system_.contacts[step.unsettled_contact].name));
   for (std::size_t i = 0; i < system_.contacts.size(); ++i) {
     const auto contact = Eigen::Index(i);
@@ -359,11 +358,9 @@ void Certifier::observe_contacts(double t, const ContactStep& step) {
     const double limit = certificate_.energy_threshold * system_.row_scale[system_.contacts[i].row],
                  off = std::max(step.bent[contact], goes_through * step.overlap[contact]);
     if (off <= limit) continue;
-    distrust(t,
-             fmt::format(
-                 "the step that ends at t = {:.6g} s is too long for '{}': its gap is off by {:.2g} m in it "
-                 "(limit {:.2g}); take shorter steps",
-                 t, system_.contacts[i].name, off, limit));
+    distrust(t, fmt::format("the step that ends at t = {:.6g} s is too long for '{}': the error of its gap "
+                            "is {:.2g} m (limit {:.2g}); take shorter steps",
+                            t, system_.contacts[i].name, off, limit));
   }
   certificate_.impacts += step.impacts;
   certificate_.impact_loss += step.impact_loss;
@@ -436,17 +433,17 @@ Certificate Certifier::finish(const Work& work, long evaluations) {
     const double turnover = energy_scale(g);
     c.contact_error = std::max(c.contact_error, most.largest());
     if (most.largest() > std::max(limit * turnover, groups_[g].energy.rounding))
-      distrust(most.time(), fmt::format("impulses of contacts changed the energy of {} by {:.3g} J beside "
-                                        "what their laws say, {:.2g} of the {:.3g} J "
-                                        "turned over (limit {:.2g}), at t = {:.6g} s; take shorter steps",
-                                        group_words(g), most.largest(), most.largest() / turnover, turnover,
-                                        limit, most.time()));
+      distrust(most.time(),
+               fmt::format("contact impulses did spurious work on {}, {:.3g} J, which is {:.2g} of the "
+                           "{:.3g} J turned over (limit {:.2g}), at t = {:.6g} s; take shorter steps",
+                           group_words(g), most.largest(), most.largest() / turnover, turnover, limit,
+                           most.time()));
   }
   for (std::size_t i = 0; i < c.conserved.size(); ++i)
     if (const Conserved& conserved = c.conserved[i];
         conserved.drift > std::max(limit * conserved.scale, momenta_[i].rounding))
       distrust(conserved.time,
-               fmt::format("the {} is off by {:.3g} at t = {:.6g} s, {:.2g} of its size (limit {:.2g})",
+               fmt::format("the {} has an error of {:.3g} at t = {:.6g} s, {:.2g} of its size (limit {:.2g})",
                            conserved.name, conserved.drift, conserved.time, conserved.drift / conserved.scale,
                            limit));
   judge_residuals();

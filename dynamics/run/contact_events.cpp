@@ -73,8 +73,9 @@ Result<void> check_apart(const System& system, const ConstraintRows& every) {
   for (const Contact& contact : system.contacts) {
     const double gap = every.h[contact.row];
     if (gap < -closed_gap * system.row_scale[contact.row])
-      return failure(fmt::format("contact '{}'", contact.name),
-                     fmt::format("overlaps by {:.6g} at the start; move what touches apart by that", -gap));
+      return failure(
+          fmt::format("contact '{}'", contact.name),
+          fmt::format("overlaps by {:.6g} at the start; move the bodies apart by that much", -gap));
   }
   return {};
 }
@@ -202,11 +203,10 @@ Result<void> ContactEvents::settle(State& state, std::vector<LoggedEvent>& log) 
     if (!touches) continue;
     if (mobility(row) == 0) {  // between driven bodies
       if (every_.rate[row] < -settings_.rest_speed || every_.h[row] < -closed_gap * length_of(i))
-        return failure(
-            fmt::format("contact '{}'", system_.contacts[i].name),
-            fmt::format("closes at t = {:.9g} s at {:.3g} per second, where no impulse can stop it: all that "
-                        "meets there is driven",
-                        state.t, -every_.rate[row]));
+        return failure(fmt::format("contact '{}'", system_.contacts[i].name),
+                       fmt::format("closes at t = {:.9g} s at {:.3g} per second, and no impulse can stop it, "
+                                   "because both bodies are driven",
+                                   state.t, -every_.rate[row]));
       continue;
     }
     closed.push_back(i);
@@ -215,10 +215,10 @@ Result<void> ContactEvents::settle(State& state, std::vector<LoggedEvent>& log) 
     if (round == most_rounds)
       return failure(
           fmt::format("contact '{}'", system_.contacts[closed[0]].name),
-          fmt::format("it and those closed with it meet anew whenever one comes to rest, without end, at "
-                      "t = {:.9g} s; a higher rest_speed lets them rest, and the method moreau steps over "
-                      "such moments",
-                      state.t));
+          fmt::format(
+              "this contact and others keep colliding without end at t = {:.9g} s, each time one comes to "
+              "rest; give a higher rest_speed, or use the method moreau, which steps over such moments",
+              state.t));
     if (round > 0) {
       if (auto done = look(state); !done) return done;
       std::fill(cannot_leave_.begin(), cannot_leave_.end(), false);
@@ -297,28 +297,28 @@ Result<void> ContactEvents::meet(State& state, const std::vector<int>& closed,
   for (int k = 0; k < n; ++k)
     if (shock.velocity[3 * k] < 0 &&
         !(shock.response(3 * k, 3 * k) > 1e-12 * mobility(system_.contacts[closed[k]].row)))
-      return failure(
-          fmt::format("contact '{}'", system_.contacts[closed[k]].name),
-          fmt::format("closes at t = {:.9g} s where no impulse can stop it: other constraints leave "
-                      "what meets there no freedom to part",
-                      state.t));
+      return failure(fmt::format("contact '{}'", system_.contacts[closed[k]].name),
+                     fmt::format("closes at t = {:.9g} s, and no impulse can stop it, because other "
+                                 "constraints keep the bodies from separating",
+                                 state.t));
   const ShockResult result = resolve(shock, settings_.impacts, settings_.restitution, settings_.rest_speed);
   if (!result.settled) {
     const bool together =
         settings_.impacts == ImpactLaw::sequential &&
         resolve(shock, ImpactLaw::simultaneous, settings_.restitution, settings_.rest_speed).settled;
-    return failure(system_.scene,
-                   fmt::format("impacts follow each other without end at t = {:.9g} s, among them at '{}'{}",
-                               state.t, system_.contacts[closed[0]].name,
-                               together ? "; impacts = \"simultaneous\" takes them all at once"
-                                        : ": what meets there cannot part (is it driven from two sides?)"));
+    return failure(
+        system_.scene,
+        fmt::format("impacts follow each other without end at t = {:.9g} s, among them at '{}'{}", state.t,
+                    system_.contacts[closed[0]].name,
+                    together ? "; impacts = \"simultaneous\" resolves them all at once"
+                             : ": the bodies cannot separate; check whether they are driven from two sides"));
   }
   state.v += response * result.impulse;
   for (int k = 0; k < n; ++k) {
     if (result.impulse[3 * k] == 0) continue;
     log.push_back(
         {state.t, "impact", system_.contacts[closed[k]].name, result.impulse[3 * k], result.lost[k]});
-    if (result.energetic) log.back().name += " (rebound scaled back, lest energy rise)";
+    if (result.energetic) log.back().name += " (rebound reduced, so that energy does not rise)";
     certifier_.count_impact(result.lost[k]);
   }
   return {};
@@ -355,17 +355,15 @@ Result<void> ContactEvents::choose(const State& state, const std::vector<int>& c
   }
   const Choice choice = choose_modes(shock, at_limit, system_.parameters.gravity.norm());
   if (choice.jammed >= 0)
-    return failure(
-        fmt::format("contact '{}'", system_.contacts[contacts[choice.jammed]].name),
-        fmt::format(
-            "no contact force solves the equations at t = {:.9g} s: it closes if it lets go, and while "
-            "it slides its friction presses it on faster than its normal force lifts it (Painleve's "
-            "paradox); lower its friction",
-            state.t));
+    return failure(fmt::format("contact '{}'", system_.contacts[contacts[choice.jammed]].name),
+                   fmt::format("no contact force solves the equations at t = {:.9g} s (Painleve's paradox): "
+                               "without force the contact closes, and while it slides, friction presses it "
+                               "together faster than the normal force separates it; lower its friction",
+                               state.t));
   if (!choice.settled)
     return failure(
         fmt::format("contact '{}'", system_.contacts[contacts[0]].name),
-        fmt::format("its forces and those of the contacts closed with it do not settle at t = {:.9g} s",
+        fmt::format("its forces and those of the other closed contacts do not converge at t = {:.9g} s",
                     state.t));
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     modes_[contacts[k]] = choice.modes[k];

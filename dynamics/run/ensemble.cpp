@@ -298,9 +298,8 @@ class BatchRun {
       if (!ending.trusted || drift <= std::max(limit * turnover, energy.rounding)) continue;
       ending.trusted = false;
       ending.reason = fmt::format(
-          "the energy balance of '{}' and what it is tied to is off by {:.3g} J, {:.2g} of the {:.3g} J "
-          "turned "
-          "over (limit {:.2g})",
+          "the energy balance of '{}' and the solids tied to it has an error of {:.3g} J, {:.2g} of the "
+          "{:.3g} J turned over (limit {:.2g})",
           system_.group_name(g), drift, turnover > 0 ? drift / turnover : 0, turnover, limit);
     }
     if (longest_made_ <= longest_ * (1 + 1e-9)) return;
@@ -406,23 +405,25 @@ Result<void> check(const System& system, const std::vector<Member>& members,
   if (auto ok = check_batch(system); !ok) return ok;
   if (std::find(std::begin(methods), std::end(methods), settings.method) == std::end(methods))
     return bad_use(fmt::format("method '{}'", settings.method),
-                   fmt::format("is none that ensembles know; take one of {}", fmt::join(methods, ", ")));
+                   fmt::format("is not available for ensembles; choose one of {}", fmt::join(methods, ", ")));
   if (settings.accuracy != 0)
-    return bad_use("simulation, accuracy", "is not for ensembles; name a method and a tolerance instead");
+    return bad_use("simulation, accuracy",
+                   "is not available for ensembles; name a method and a tolerance instead");
   for (std::size_t i = 0; i < members.size(); ++i) {
     const Member& member = members[i];
     const std::string name = fmt::format("member {}", i);
     if (auto ok = check_state(system, member.start); !ok)
       return bad_use(name + ", " + ok.error().where, ok.error().what);
     if (member.start.t != members[0].start.t)
-      return bad_use(name, fmt::format("starts at {} s, the first at {} s; expected one time for all",
-                                       member.start.t, members[0].start.t));
+      return bad_use(name,
+                     fmt::format("starts at {} s, the first member at {} s; all must start at the same time",
+                                 member.start.t, members[0].start.t));
     if (!member.inertials.empty() && member.inertials.size() != system.bodies.size())
-      return bad_use(name, fmt::format("has the inertial elements of {} bodies; the system has {}",
-                                       member.inertials.size(), system.bodies.size()));
+      return bad_use(name, fmt::format("has {} inertials; the system has {} bodies", member.inertials.size(),
+                                       system.bodies.size()));
     if (member.efforts.size() != 0 && member.efforts.size() != system.nv)
-      return bad_use(name, fmt::format("has efforts along {} velocities; the system has {}",
-                                       member.efforts.size(), system.nv));
+      return bad_use(name, fmt::format("has {} efforts; the system has {} velocities", member.efforts.size(),
+                                       system.nv));
     if (!member.efforts.allFinite()) return bad_use(name, "has an effort that is not a finite number");
   }
   return members.empty() ? Result<void>() : check_settings(settings, members[0].start.t);

@@ -185,7 +185,7 @@ class EventWatch::Search {
       error_ = {
           watch_.system_.scene,
           fmt::format("a step of {:.3g} s up to t = {:.6g} s passes contacts, stops or events more often "
-                      "than {} looks tell apart: take shorter steps, or the motion diverges",
+                      "than {} checks can resolve; take shorter steps, unless the motion diverges",
                       h_, landing_.state.t, most_looks)};
       return false;
     }

@@ -14,7 +14,7 @@ Result<void> check_settings(const SimulationSettings& settings, double start) {
     return bad_use(fmt::format("simulation, {}", name), fmt::format("is {}; expected {}", found, expected));
   };
   if (!std::isfinite(settings.end_time) || settings.end_time < start)
-    return refuse("end_time", settings.end_time, "a time (s) not before the start's");
+    return refuse("end_time", settings.end_time, "a time (s) at or after the start");
   if (!std::isfinite(settings.step) || settings.step <= 0)
     return refuse("step", settings.step, "a positive time, s");
   if (!std::isfinite(settings.tolerance) || settings.tolerance <= 0)
@@ -58,14 +58,13 @@ Result<void> check_counts(const System& system, double start, const SimulationSe
       knots > most_steps)
     return bad_use(
         "simulation, end_time",
-        fmt::format("{:.3g} pieces of tables come up to it; expected at most {:.0e}", knots, most_steps));
+        fmt::format("{:.3g} pieces of tables lie before it; expected at most {:.0e}", knots, most_steps));
   if (const auto change = fastest_change(system, system.parameters, span, false)) {
     const double steps = span / (longest_step_in_periods * change->period);
     if (steps > most_steps)
-      return bad_use(change->name,
-                     fmt::format("its {} is {:.3g} s, whose eighths make {:.3g} steps up to the end_time; "
-                                 "expected at most {:.0e}",
-                                 change->wave, change->period, steps, most_steps));
+      return bad_use(change->name, fmt::format("its {} is {:.3g} s, and steps of an eighth of it make {:.3g} "
+                                               "steps up to the end_time; expected at most {:.0e}",
+                                               change->wave, change->period, steps, most_steps));
   }
   return {};
 }

@@ -280,8 +280,8 @@ class Run {
           even_.made = 0;
         }
         if (const std::string name = passes_over_function(); !name.empty())
-          certifier_->distrust(t, fmt::format("steps of {:.4g} s pass over what the function of constraint "
-                                              "'{}' does between their ends; take shorter ones",
+          certifier_->distrust(t, fmt::format("steps of {:.4g} s miss changes of the function of constraint "
+                                              "'{}' between their ends; take shorter steps",
                                               h, name));
         const bool whole = even_.whole;
         if (auto done = accept(end, h, whole); !done) return done;
@@ -334,11 +334,10 @@ class Run {
         step_ = attempt.next_step;
         if (auto done = follow_steps(attempt); !done) return done;
         if (step_ > resolution) continue;
-        return failure(
-            system_.scene,
-            fmt::format("the step fell below {:.3g} s at t = {:.9g} s, for the sake of {}; the motion cannot "
-                        "be continued to the tolerance of {:.3g}",
-                        resolution, t, motion_.component(worst_of(attempt)), settings_.tolerance));
+        return failure(system_.scene,
+                       fmt::format("the step fell below {:.3g} s at t = {:.9g} s because of {}, so the "
+                                   "tolerance of {:.3g} cannot be met",
+                                   resolution, t, motion_.component(worst_of(attempt)), settings_.tolerance));
       }
       // A shortened step says little about the next one; do not let it reduce the proposal.
       step_ = whole ? attempt.next_step : std::max(step_, attempt.next_step);
@@ -393,14 +392,12 @@ class Run {
                                               i < n ? state_.v[i] : state_.v[i - n], dy_[n + i % n]);
     const std::string sake = motion_.component(i) + now;
     if (verdict == SinkWatch::Verdict::sinking)
-      return diverged({system_.scene,
-                       fmt::format("the steps sink towards nothing, from {:.3g} s down to {:.3g} s, for the "
-                                   "sake of {}: the run does not get on beyond t = {:.9g} s",
-                                   sink_.longest(), step, sake, t)});
-    return diverged({system_.scene,
-                     fmt::format("{} tries for a step came on by {:.3g} s only, for the sake of {}; what is "
-                                 "left would take more than {:.0e} of them",
-                                 sink_.tried(), sink_.made(), sake, most_steps)});
+      return diverged({system_.scene, fmt::format("the steps shrink towards zero, from {:.3g} s to {:.3g} s, "
+                                                  "because of {}: the run cannot pass t = {:.9g} s",
+                                                  sink_.longest(), step, sake, t)});
+    return diverged({system_.scene, fmt::format("{} step attempts advanced by only {:.3g} s, because of {}; "
+                                                "the rest would take more than {:.0e} of them",
+                                                sink_.tried(), sink_.made(), sake, most_steps)});
   }
 
   /// Projects the end of the step of h, at time t, on the constraints.
@@ -467,8 +464,8 @@ class Run {
       stiff_ = true;
       certifier_->find_stiff(state_.t);
       certifier_->note(
-          fmt::format("stability bounds the steps of {} rather than accuracy, from t = {:.6g} s on: the "
-                      "scene is stiff; an implicit method (cvode, arkode, gauss4) may take longer steps",
+          fmt::format("stability, not accuracy, limits the steps of {} from t = {:.6g} s on: the scene is "
+                      "stiff; an implicit method (cvode, arkode, gauss4) may take longer steps",
                       settings_.method, state_.t));
     }
     if (stiff_ && limits_.leave_if_stiff &&
@@ -494,7 +491,7 @@ class Run {
 
   void show_rows() {
     Certificate certificate;
-    certificate.reason = fmt::format("the run was interrupted: this is its state at t = {:.6g} s of {:.6g} s",
+    certificate.reason = fmt::format("the run was interrupted; this is its state at t = {:.6g} s of {:.6g} s",
                                      state_.t, settings_.end_time);
     certificate.reason_time = state_.t;
     certificate.method = settings_.method;
@@ -547,7 +544,7 @@ class Run {
 
   Result<void> take_up(RangeEvents& ranges) {
     const std::string_view bytes = observer_.checkpoint;
-    const auto damaged = [] { return failure("checkpoint", "is damaged; remove it to start anew"); };
+    const auto damaged = [] { return failure("checkpoint", "is damaged; remove it to start again"); };
     std::uint64_t digest = 0;
     if (bytes.size() < sizeof digest) return damaged();
     const std::size_t length = bytes.size() - sizeof digest;
@@ -557,10 +554,11 @@ class Run {
     std::string run;
     k(run);
     if (run != signature())
-      return bad_use("checkpoint", "is of another run: another scene, start or settings");
+      return bad_use("checkpoint",
+                     "belongs to another run (another scene, start or settings); remove it to start again");
     keep(k, ranges);
     if (!k.whole())
-      return bad_use("checkpoint", "does not fit this version of the program; remove it to start anew");
+      return bad_use("checkpoint", "does not fit this version of the program; remove it to start again");
     return {};
   }
 
@@ -592,7 +590,7 @@ class Run {
       events_at_once_ = landing_.state.t > last_event_ ? 0 : events_at_once_ + 1;
       last_event_ = landing_.state.t;
       if (events_at_once_ > most_events_at_once)
-        return diverged({system_.scene, fmt::format("{} events follow each other without time going on{}",
+        return diverged({system_.scene, fmt::format("{} events follow each other at the same time{}",
                                                     most_events_at_once, last_event_words())});
       return {};
     }
@@ -696,11 +694,11 @@ class Run {
   }
 
   tl::unexpected<Error> too_many(const char* what, double most) const {
-    return failure(system_.scene,
-                   fmt::format("more than {:.0e} {} were needed to come to t = {:.9g} s of {:.6g} s; shorten "
-                               "the run{}",
-                               most, what, state_.t, settings_.end_time,
-                               settings_.output_interval > 0 ? "" : ", or set an output_interval"));
+    return failure(
+        system_.scene,
+        fmt::format("the run needed more than {:.0e} {} to reach t = {:.9g} s of {:.6g} s; shorten the run{}",
+                    most, what, state_.t, settings_.end_time,
+                    settings_.output_interval > 0 ? "" : ", or set an output_interval"));
   }
 
   /// Judges the steps: notes repeated ones and checks whether they resolved the scene's fastest change in
@@ -708,11 +706,11 @@ class Run {
   void judge_steps() {
     if (leaps_.count() > 0)
       certifier_->note(
-          fmt::format("{} steps were tried again, shorter, since the constraints moved their ends "
-                      "by more than {:g} times the tolerance",
+          fmt::format("{} steps were repeated with a shorter length, because constraint projection moved "
+                      "their ends by more than {:g} times the tolerance",
                       leaps_.count(), ProjectionWatch::limit));
     if (held_)
-      certifier_->note(fmt::format("steps were held to {:.4g} s, an eighth of the {} of {}", longest_step_,
+      certifier_->note(fmt::format("steps were limited to {:.4g} s, an eighth of the {} of {}", longest_step_,
                                    change_.wave, change_.name));
     if (longest_made_ > slack * longest_step_)
       certifier_->distrust(
@@ -813,16 +811,17 @@ Result<Trajectory> simulate_once(const System& system, const State& state, const
   if ((*integrator)->handles_contacts() && !system.contacts.empty() && !observer.events.empty())
     return bad_use(
         fmt::format("method '{}'", settings.method),
-        "realises contacts within its steps, of which a user's own event would cut one; name another");
+        "resolves contacts within its steps, and a user's own event would cut a step; choose another method");
   if (auto ok = check_counts(system, state.t, settings, (*integrator)->adaptive()); !ok)
     return tl::unexpected(ok.error());
   if (observer.keep || !observer.checkpoint.empty()) {
     if (!observer.events.empty())
-      return bad_use("checkpoint", "cannot hold a user's own events; run without it, or without them");
+      return bad_use("checkpoint",
+                     "cannot store a user's own events; run without a checkpoint, or without these events");
     if (Keeper trial; !(*integrator)->keep(trial))
-      return bad_use(
-          fmt::format("method '{}'", settings.method),
-          "goes on from a history that no checkpoint can hold; run without one, or by another method");
+      return bad_use(fmt::format("method '{}'", settings.method),
+                     "depends on a history that no checkpoint can store; run without a checkpoint, or choose "
+                     "another method");
   }
   if (auto fits = admit_run(system, settings, **integrator); !fits) return tl::unexpected(fits.error());
   return at_border(system, [&] {
@@ -849,8 +848,10 @@ Result<Trajectory> simulate(const System& system, const State& state, const Simu
         "takes several runs, and a user's own events may change from one to the next; name a method and a "
         "tolerance instead");
   if (observer.keep || !observer.checkpoint.empty())
-    return bad_use("simulation, accuracy",
-                   "takes several runs, which no checkpoint holds; name a method and a tolerance instead");
+    return bad_use(
+        "needs several runs, and a user's own events may change from one to the next; name a method and a "
+        "tolerance instead",
+        "needs several runs, which a checkpoint cannot store; name a method and a tolerance instead");
   bool stopped = false;
   Observer watched = observer;
   if (observer.progress)
@@ -876,8 +877,8 @@ Result<Trajectory> simulate(const System& system, const State& state, const Simu
         spent += double(of_run);
         if (!(spent > most)) return made;
         stopped = true;
-        return failure(system.scene, fmt::format("more than {:.2g} evaluations are needed for an accuracy of "
-                                                 "{:.3g}, which is what it may take",
+        return failure(system.scene, fmt::format("needs more than {:.2g} evaluations, the most allowed, for "
+                                                 "an accuracy of {:.3g}; give a lower accuracy",
                                                  most, settings.accuracy));
       },
       [&] { return stopped; });

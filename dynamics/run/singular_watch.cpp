@@ -62,11 +62,8 @@ SingularWatch::Reason SingularWatch::observe(const State& state, const Workspace
       largest_turn_ = std::max(largest_turn_, turned);
       if (turned > turn_limit)
         reason = fmt::format(
-            "the motion did not keep its direction through the singular position at t = {:.6g} s, of row "
-            "'{}' "
-            "between {}: its line turned by {:.3g} rad; which branch it takes from there the equations do "
-            "not "
-            "say",
+            "the motion changed direction at the singular position at t = {:.6g} s, of row '{}' between {}: "
+            "it turned by {:.3g} rad; the equations do not decide which branch follows",
             entry_time_, system_.row_names[entry_row_],
             system_.tied_solids(system_.row_constraint[entry_row_]), turned);
     }
@@ -112,10 +109,9 @@ SingularWatch::Reason SingularWatch::observe_projection(double t, const Projecti
     const double part = projection.velocity_change[g] / std::max({kinetic, 1e-6 * fastest_[g], rounding});
     if (!reason && part > jump_limit * jump_limit)
       reason = fmt::format(
-          "the velocities of '{}' and what it is tied to jumped by {:.2g} of themselves onto the constraints "
-          "at "
-          "t = {:.6g} s (row '{}' was the farthest off): a step came out on another branch of a singular "
-          "position, or steps are too long",
+          "the velocities of '{}' and the solids tied to it jumped by {:.2g} of their size onto the "
+          "constraints at t = {:.6g} s (row '{}' had the largest residual): a step left a singular position "
+          "on another branch, or steps are too long",
           system_.group_name(g), std::sqrt(part), t, system_.row_names[projection.worst_row[g]]);
   }
   return reason;

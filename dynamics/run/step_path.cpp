@@ -89,8 +89,7 @@ Result<void> StepPath::settle(const Eigen::VectorXd& y, double t, Landing& landi
   if (projection.fault) return tl::unexpected(describe(system_, projection.fault, t));
   if (projection.unreached >= 0)
     return failure(system_.row_place(projection.unreached),
-                   fmt::format("the step left it so far off that it cannot be put right; take a smaller "
-                               "step{}",
+                   fmt::format("the step moved it too far off to be corrected; take a smaller step{}",
                                contradiction(system_, *probe_, projection.unreached)));
   landing.projected = true;
   return {};

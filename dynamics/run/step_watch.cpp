@@ -82,7 +82,7 @@ std::string StepWatch::reason(const Finding& finding) const {
   const CoordinateInfo& info = system_.coordinates[finding.coordinate];
   return fmt::format(
       "steps of {:.4g} s do not follow the motion of coordinate '{}' of '{}': the one up to t = {:.6g} s "
-      "misses {:.2g} of itself (limit {:.2g}); take shorter ones",
+      "misses {:.2g} of its motion (limit {:.2g}); take shorter steps",
       finding.step, info.name, info.solid, finding.time, finding.part, limit);
 }
 

@@ -29,7 +29,7 @@ struct CoordinateCoupling {
 
   std::string complaint() const {
     if (coordinates.empty()) return "couples no coordinates; name at least one";
-    return coordinates.size() == ratios.size() ? "" : "needs one ratio for each coordinate";
+    return coordinates.size() == ratios.size() ? "" : "needs one ratio per coordinate";
   }
 
   static constexpr int rows = 1;

@@ -29,8 +29,8 @@ struct Limit {
   }
 
   std::string complaint() const {
-    if (!lower && !upper) return "bounds nothing; give lower, upper or both";
-    if (lower && upper && !(*lower < *upper)) return "its lower bound must lie below its upper one";
+    if (!lower && !upper) return "has no bound; give lower, upper or both";
+    if (lower && upper && !(*lower < *upper)) return "its lower bound must be below its upper one";
     return ContactSurface{.restitution = restitution}.complaint();
   }
 

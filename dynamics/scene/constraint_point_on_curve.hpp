@@ -42,11 +42,11 @@ struct PointOnCurve {
 
   std::string complaint() const {
     if (through.size() < (closed ? 3 : 2))
-      return closed ? "its curve goes through too few points; a closed one takes three at least"
-                    : "its curve goes through too few points; it takes two at least";
+      return closed ? "its curve has too few points; a closed one needs at least three"
+                    : "its curve has too few points; it needs at least two";
     for (std::size_t i = closed ? 0 : 1; i < through.size(); ++i)
       if (!((through[i] - through[i > 0 ? i - 1 : through.size() - 1]).norm() > 0))
-        return "two points of its curve that follow each other are the same";
+        return "two successive points of its curve coincide";
     return "";
   }
 

@@ -49,7 +49,7 @@ struct LimitSpring {
     if (!(stiffness > 0)) return "its stiffness must be positive";
     if (!(dissipation >= 0)) return "its dissipation must not be negative";
     for (const Range& r : range)
-      if (!(r.lower <= r.upper)) return "its range must have the smaller bound first";
+      if (!(r.lower <= r.upper)) return "its range must give the smaller bound first";
     return "";
   }
 
@@ -57,10 +57,11 @@ struct LimitSpring {
   /// its ranges. Returns a complaint; empty: none.
   std::string settle(int components, const std::vector<Range>& own) {
     if (range.empty()) range = own;
-    if (range.empty()) return "has no range, and its coordinate has none; give one of them a range";
+    if (range.empty()) return "has no range, and neither has its coordinate; give one of them a range";
     if (int(range.size()) != components)
-      return components == 1 ? "has three ranges, but its coordinate is no ball"
-                             : "has one range, but a ball needs three, of its rotation vector's components";
+      return components == 1
+                 ? "has three ranges, but its coordinate is not a ball; give one range"
+                 : "has one range, but a ball needs three, one per component of its rotation vector";
     return "";
   }
 

@@ -43,8 +43,9 @@ struct PdController {
   /// As LimitSpring::settle.
   std::string settle(int components, const std::vector<Range>& /*own*/) const {
     if (int(target.size()) == components) return "";
-    return components == 1 ? "has several targets, but its coordinate is no ball; give one function of time"
-                           : "is on a ball; give three targets, of its rotation vector's components";
+    return components == 1
+               ? "has several targets, but its coordinate is not a ball; give one function of time"
+               : "acts on a ball; give three targets, one per component of its rotation vector";
   }
 
   template <class T>

@@ -85,7 +85,7 @@ std::optional<Error> check_indices(const ClosedMesh& mesh) {
     for (const int v : mesh.triangles[t])
       if (v < 0 || v >= count)
         return complain(
-            fmt::format("triangle {} names vertex {}, but the vertices go from 0 to {}", t, v, count - 1));
+            fmt::format("triangle {} refers to vertex {}; vertices run from 0 to {}", t, v, count - 1));
   return std::nullopt;
 }
 
@@ -121,14 +121,14 @@ std::optional<Error> check_closed(const ClosedMesh& mesh) {
     if (run.first == run.second) continue;
     const std::string from = at(mesh.vertices[edge.first]), to = at(mesh.vertices[edge.second]);
     const bool even = (run.first + run.second) % 2 == 0;
-    return Error{
-        "mesh",
-        even ? fmt::format("neighbouring triangles are turned opposite ways at the edge from {} to {}; "
-                           "turn all of them counter-clockwise seen from outside",
-                           from, to)
-             : fmt::format("is not closed: {} triangle(s) meet at the edge from {} to {}, expected 2",
-                           run.first + run.second, from, to),
-        Error::Kind::use};
+    return Error{"mesh",
+                 even
+                     ? fmt::format("neighbouring triangles have opposite orientations at the edge from {} to "
+                                   "{}; orient all of them counter-clockwise seen from outside",
+                                   from, to)
+                     : fmt::format("is not closed: {} triangle(s) meet at the edge from {} to {}, expected 2",
+                                   run.first + run.second, from, to),
+                 Error::Kind::use};
   }
   return std::nullopt;
 }
@@ -183,11 +183,11 @@ std::optional<Error> check_shells(const ClosedMesh& mesh, const Vector3d& inner)
     const double wraps = count > 1 ? winding(mesh, shell, s, p) : 0;
     if (volume[s] > 0 && wraps > 0.75)
       return Error{"mesh",
-                   fmt::format("the shell at {} lies inside of another and both are turned outwards", at(p)),
+                   fmt::format("the shell at {} lies inside another one, and both face outwards", at(p)),
                    Error::Kind::use};
     if (volume[s] < 0 && wraps < 0.25)
       return Error{"mesh",
-                   fmt::format("is turned inside out at {} (signed volume {:g} m^3); turn its triangles "
+                   fmt::format("faces inwards at {} (signed volume {:g} m^3); orient its triangles "
                                "counter-clockwise seen from outside",
                                at(p), volume[s]),
                    Error::Kind::use};

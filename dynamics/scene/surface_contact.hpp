@@ -120,7 +120,8 @@ struct Radii {
   }
 
   std::string complaint() const {
-    return a >= 0 && b >= 0 && a + b > 0 ? "" : "its radii must be 0 or more, and one of them positive";
+    return a >= 0 && b >= 0 && a + b > 0 ? ""
+                                         : "its radii must be 0 or more, and at least one of them positive";
   }
 };
 

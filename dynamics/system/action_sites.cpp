@@ -24,7 +24,7 @@ struct ActionSites::FieldVisitor {
     const auto found = sites.solids_.find(solid);
     if (found == sites.solids_.end()) {
       result =
-          bad_use(where, fmt::format("its '{}' is on solid '{}', which is not in the scene; there are {}",
+          bad_use(where, fmt::format("its '{}' is on solid '{}', which is not in the scene; choose from {}",
                                      field, solid, solid_list(sites.scene_)));
       return;
     }
@@ -195,7 +195,7 @@ Result<const KnownCoordinate*> ActionSites::coordinate(const std::string& name) 
   if (found != coordinates_.end()) return &found->second;
   std::vector<std::string> names;
   for (const auto& [known, ignored] : coordinates_) names.push_back(known);
-  return bad_use(name, fmt::format("is on coordinate '{}', which is not in the scene; there are {}", name,
+  return bad_use(name, fmt::format("is on coordinate '{}', which is not in the scene; choose from {}", name,
                                    name_list(names)));
 }
 

@@ -18,8 +18,7 @@ Result<SolidOrder> order_solids(const Scene& scene) {
     const Solid& solid = scene.solids[i];
     if (solid.name.empty())
       return bad_use(fmt::format("{}solid {}", scene.place(solid.line), i + 1), "has no name; give it one");
-    if (solid.name == world_name)
-      return bad_use(scene.where(solid), "bears the fixed frame's name; call it something else");
+    if (solid.name == world_name) return bad_use(scene.where(solid), "has the fixed frame's name; rename it");
     if (!out.number.emplace(solid.name, static_cast<int>(i)).second)
       return bad_use(scene.where(solid), "there are two solids of this name; names must differ");
   }
@@ -31,14 +30,14 @@ Result<SolidOrder> order_solids(const Scene& scene) {
       const Solid& solid = scene.solids[i];
       if (marks[i] == Mark::on_the_way)
         return bad_use(scene.where(solid),
-                       fmt::format("is its own ancestor (its parent is '{}'); close loops by constraints",
+                       fmt::format("is its own ancestor (its parent is '{}'); close loops with constraints",
                                    solid.parent));
       marks[i] = Mark::on_the_way;
       way.push_back(i);
       if (solid.parent == world_name) break;
       const auto parent = out.number.find(solid.parent);
       if (parent == out.number.end())
-        return bad_use(scene.where(solid), fmt::format("its parent '{}' is not in the scene; there are {}",
+        return bad_use(scene.where(solid), fmt::format("its parent '{}' is not in the scene; choose from {}",
                                                        solid.parent, solid_list(scene)));
       i = parent->second;
     }

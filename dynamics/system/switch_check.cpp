@@ -10,7 +10,7 @@ namespace {
 
 Result<void> check_finite(const std::vector<double>& numbers, const std::string& where) {
   for (double x : numbers)
-    if (!std::isfinite(x)) return bad_use(where, "holds something that is not a finite number");
+    if (!std::isfinite(x)) return bad_use(where, "contains a number that is not finite");
   return {};
 }
 
@@ -48,7 +48,7 @@ Result<void> normalise(SwitchKind& kind, const std::string& where) {
         if (!numbers.found.empty())
           return bad_use(where, fmt::format("its {} is not a finite number", numbers.found));
         if constexpr (requires { k.X_AB; }) {
-          if (!is_rigid(k.X_AB)) return bad_use(where, "its pose is not a rotation and a finite place");
+          if (!is_rigid(k.X_AB)) return bad_use(where, "its pose is not a rotation and a finite position");
         }
         return {};
       },
@@ -94,9 +94,9 @@ Result<void> check_ranges(const Switch& one, const std::vector<double>& q, const
       std::visit([](const auto& k) { return std::pair(k.nv, k.rotates ? "rad" : "m"); }, one.kind);
   if (int(one.ranges.size()) != nv)
     return bad_use(where, fmt::format("has {} ranges; expected {}", one.ranges.size(),
-                                      nv == 1 ? "one" : "three, of its rotation vector's components"));
+                                      nv == 1 ? "one" : "three, one per component of its rotation vector"));
   if (std::holds_alternative<Driven>(one.motion))
-    return bad_use(where, "is driven by time, and goes where its function says; remove its range");
+    return bad_use(where, "is driven by time, so a range has no effect; remove it");
   for (int i = 0; i < nv; ++i) {
     const Range& range = one.ranges[i];
     const std::string axis = nv == 1 ? "" : fmt::format(" about its {} axis", "xyz"[i]);
@@ -133,19 +133,19 @@ Result<CheckedSwitch> check_switch(const Switch& one, const std::string& where) 
   if (!q) return tl::unexpected(q.error());
   out.q = std::move(*q);
   if (!one.v.empty() && int(one.v.size()) != out.nv)
-    return bad_use(where, fmt::format("its initial v has {} numbers; a {} takes {}", one.v.size(),
+    return bad_use(where, fmt::format("its initial v has {} numbers; a {} needs {}", one.v.size(),
                                       out.kind_name, out.nv));
   if (auto done = check_finite(one.v, where + ", initial v"); !done) return tl::unexpected(done.error());
   out.v = one.v.empty() ? std::vector<double>(out.nv, 0) : one.v;
   if (auto done = check_ranges(one, out.q, where); !done) return tl::unexpected(done.error());
   if (!(one.armature >= 0) || !std::isfinite(one.armature))
-    return bad_use(where, fmt::format("its armature is {}; expected no negative number", one.armature));
+    return bad_use(where, fmt::format("its armature is {}; expected 0 or more", one.armature));
   if (const auto* driven = std::get_if<Driven>(&one.motion))
     if (auto done = check_drive(*driven, one, out.nq, out.nv, where); !done)
       return tl::unexpected(done.error());
   if (std::holds_alternative<Locked>(one.motion) &&
       std::any_of(out.v.begin(), out.v.end(), [](double x) { return x != 0; }))
-    return bad_use(where, "is locked and yet starts with a velocity; remove v, or free the coordinate");
+    return bad_use(where, "is locked but starts with a velocity; remove v, or free the coordinate");
   return out;
 }
 

@@ -294,7 +294,7 @@ TEST(Accuracy, IsMetWhereNeighboursOfTheStartGrowBeyondBounds) {
       if (accuracy < 1e-5) continue;
       EXPECT_TRUE(
           std::any_of(t.certificate.notes.begin(), t.certificate.notes.end(), [](const std::string& note) {
-            return note.find("put off a little") == 0 && note.find("'x'") != std::string::npos;
+            return note.find("with the start disturbed by") == 0 && note.find("'x'") != std::string::npos;
           }));
     }
 }
@@ -462,7 +462,7 @@ TEST(Accuracy, TakesNoMoreEvaluationsThanItMay) {
   observer.limits.evaluations -= 1;
   const auto short_of = simulate(system, system.initial, how, observer);
   ASSERT_FALSE(short_of);
-  EXPECT_NE(short_of.error().message().find("evaluations are needed"), std::string::npos)
+  EXPECT_NE(short_of.error().message().find("evaluations, the most allowed"), std::string::npos)
       << short_of.error().message();
 }
 

@@ -90,7 +90,7 @@ TEST(Assembly, RatesThatContradictOthersAreNamed) {
   Scene scene = chain(2, false, 0.4);  // equal at the start, but one grows
   scene.constraints = {{"still", Distance{{"l1", {0, 0, -1}}, {"world", {0, 0, 0}}, constant(1.2)}},
                        {"grows", Distance{{"l1", {0, 0, -1}}, {"world", {0, 0, 0}}, linear(1.2, 0.5)}}};
-  expect_failure(scene, "constraint 'grows'", "rate cannot be made zero at the start");
+  expect_failure(scene, "constraint 'grows'", "rate cannot be zero at the start");
 }
 
 TEST(Assembly, WhatIsOutOfReachIsNamed) {

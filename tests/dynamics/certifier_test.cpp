@@ -295,7 +295,8 @@ TEST(Certificate, AMomentumLostInAnImpactIsDistrusted) {
     const Certificate c = certifier.finish(after, 0);
     EXPECT_EQ(c.trusted, lost == 0) << c.reason;
     if (lost > 0) {
-      EXPECT_NE(c.reason.find("the linear momentum of 'a' is off by 0.1 at t = 0.25 s"), std::string::npos)
+      EXPECT_NE(c.reason.find("the linear momentum of 'a' has an error of 0.1 at t = 0.25 s"),
+                std::string::npos)
           << c.reason;
     }
   }
@@ -351,8 +352,8 @@ TEST(Certificate, EveryReasonTellsWhenAndOfWhat) {
   SimulationSettings lax = settings("euler", 1, 0.01);
   const std::vector<std::tuple<Scene, SimulationSettings, std::vector<std::string>>> cases = {
       {swinging_rod(), loose, {"row 'rod'", "between 'point' and 'world'"}},
-      {swinging_rod(), settings("rk2", 10, 0.02), {"'point' and what it is tied to"}},
-      {roundabout(), settings("euler", 5, 0.01), {"'s1' and what it is tied to", "passed at t = "}},
+      {swinging_rod(), settings("rk2", 10, 0.02), {"'point' and the solids tied to it"}},
+      {roundabout(), settings("euler", 5, 0.01), {"'s1' and the solids tied to it", "exceeded at t = "}},
       {shaken(1, 200 * M_PI), blind, {"effort 'shaker'"}},
       {top, lax, {"'top'"}}};
   for (const auto& [scene, how, parts] : cases) {
@@ -457,8 +458,8 @@ TEST(Certificate, TellsWhatAssemblyMoved) {
   EXPECT_NEAR(moved.assembly_velocity, 5, 1e-12);
   EXPECT_EQ(moved.assembly_velocity_coordinate, "x");
   ASSERT_EQ(moved.notes.size(), 2u);
-  EXPECT_NE(moved.notes[0].find("initial positions, most that of coordinate 'x', by 2 m"), std::string::npos);
-  EXPECT_NE(moved.notes[1].find("initial velocities, most that of coordinate 'x', by 5 m/s"),
+  EXPECT_NE(moved.notes[0].find("initial positions, most of all coordinate 'x', by 2 m"), std::string::npos);
+  EXPECT_NE(moved.notes[1].find("initial velocities, most of all coordinate 'x', by 5 m/s"),
             std::string::npos);
   EXPECT_TRUE(run(swinging_rod(), settings("rk4", 0.1, 0.001)).certificate.notes.empty());
 }
@@ -480,7 +481,8 @@ TEST(Certificate, AHeavyNeighbourDoesNotHideABarsDrift) {
   EXPECT_FALSE(alone.trusted);
   EXPECT_LT(beside.energy_drift, beside.energy_threshold * beside.energy_turnover);  // pooled, all looks well
   EXPECT_FALSE(beside.trusted);
-  EXPECT_NE(beside.reason.find("the energy balance of 'l0' and what it is tied to is off"), std::string::npos)
+  EXPECT_NE(beside.reason.find("the energy balance of 'l0' and the solids tied to it has an error"),
+            std::string::npos)
       << beside.reason;
   EXPECT_EQ(beside.reason_time, alone.reason_time);
 }

@@ -171,7 +171,7 @@ TEST(Checkpoint, OfAnotherRunOrDamagedIsRefused) {
     observer.checkpoint[at] = char(observer.checkpoint[at] ^ 4);
     const auto out = simulate(system, system.initial, how, observer);
     ASSERT_FALSE(out) << at;
-    EXPECT_EQ(out.error().what, "is damaged; remove it to start anew") << at;
+    EXPECT_EQ(out.error().what, "is damaged; remove it to start again") << at;
   }
   observer.checkpoint = kept + "x";
   EXPECT_FALSE(simulate(system, system.initial, how, observer));
@@ -181,13 +181,13 @@ TEST(Checkpoint, OfAnotherRunOrDamagedIsRefused) {
   other.append(reinterpret_cast<const char*>(&digest), sizeof digest);
   observer.checkpoint = other;
   EXPECT_EQ(simulate(system, system.initial, how, observer).error().what,
-            "does not fit this version of the program; remove it to start anew");
+            "does not fit this version of the program; remove it to start again");
   observer.checkpoint = kept;
   how.tolerance = 1e-7;
   EXPECT_EQ(simulate(system, system.initial, how, observer).error().what,
-            "is of another run: another scene, start or settings");
+            "belongs to another run (another scene, start or settings); remove it to start again");
   how.method = "cvode";
-  EXPECT_NE(simulate(system, system.initial, how, observer).error().what.find("no checkpoint can hold"),
+  EXPECT_NE(simulate(system, system.initial, how, observer).error().what.find("no checkpoint can store"),
             std::string::npos);
 }
 

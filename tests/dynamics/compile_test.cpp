@@ -107,12 +107,12 @@ TEST(CompileRefuses, SolidsWithoutGoodNamesOrParents) {
   scene.solids[1].name = "l0";
   expect_refused(scene, "solid 'l0'", "two solids of this name");
   scene.solids[1].name = "world";
-  expect_refused(scene, "solid 'world'", "call it something else");
+  expect_refused(scene, "solid 'world'", "rename it");
   scene.solids[1].name = "";
   expect_refused(scene, "solid 2", "has no name");
   scene.solids[1].name = "l1";
   scene.solids[1].parent = "l7";
-  expect_refused(scene, "solid 'l1'", "'l7' is not in the scene; there are world, l0, l1");
+  expect_refused(scene, "solid 'l1'", "'l7' is not in the scene; choose from world, l0, l1");
   scene.solids[1].parent = "l1";
   expect_refused(scene, "solid 'l1'", "its own ancestor");
 }
@@ -141,7 +141,7 @@ TEST(CompileRefuses, CoordinatesWithBadNumbers) {
   expect_refused(with([](Switch& s) { s.kind = Rotation{Vector3d::Zero()}; }), where, "has no direction");
   expect_refused(with([](Switch& s) { s.q = {1, 2}; }), where, "2 numbers; expected 1");
   expect_refused(with([](Switch& s) { s.v = {1, 2}; }), where, "2 numbers");
-  expect_refused(with([](Switch& s) { s.q = {NAN}; }), where + ", initial q", "not a finite number");
+  expect_refused(with([](Switch& s) { s.q = {NAN}; }), where + ", initial q", "a number that is not finite");
   expect_refused(with([](Switch& s) { s.ranges = {{1, 2}}; }), where, "outside its range of 1 to 2");
   expect_refused(with([](Switch& s) { s.ranges = {{2, 1}}; }), where, "range runs from 2 to 1");
   expect_refused(with([](Switch& s) { s.ranges = {{0, INFINITY}}; }), where, "range runs from 0 to inf");
@@ -150,7 +150,7 @@ TEST(CompileRefuses, CoordinatesWithBadNumbers) {
                    s.motion = Driven{{constant(1)}};
                    s.ranges = {{0, 2}};
                  }),
-                 where, "remove its range");
+                 where, "a range has no effect");
   expect_refused(with([](Switch& s) { s.motion = Driven{}; }), where,
                  "driven by 0 functions of time; expected 1");
   expect_refused(with([](Switch& s) { s.motion = Driven{{constant(1)}}; }), where, "remove q and v");
@@ -166,14 +166,14 @@ TEST(CompileRefuses, EffortsAndConstraintsOnWhatIsNotThere) {
   scene.efforts = {{"pull", Force{{"l9", {0, 0, 0}}, {1, 0, 0}, Axes::world, constant(1), {}}}};
   expect_refused(scene, "effort 'pull'", "its 'at' is on solid 'l9', which is not in the scene");
   scene.efforts = {{"spring", CoordinateSpring{{"h9"}, 1, 0, 0}}};
-  expect_refused(scene, "effort 'spring'", "coordinate 'h9', which is not in the scene; there are h0");
+  expect_refused(scene, "effort 'spring'", "coordinate 'h9', which is not in the scene; choose from h0");
   scene.efforts = {{"spring", CoordinateSpring{{"h0"}, NAN, 0, 0}}};
   expect_refused(scene, "effort 'spring'", "'stiffness' is not a finite number");
   scene.efforts.clear();
   scene.constraints = {{"rod", Distance{}}, {"rod", Distance{}}};
   expect_refused(scene, "constraint 'rod'", "two constraints of this name");
   scene.constraints = {{"gear", CoordinateCoupling{{{"h0"}}, {}, constant(0)}}};
-  expect_refused(scene, "constraint 'gear'", "one ratio for each coordinate");
+  expect_refused(scene, "constraint 'gear'", "one ratio per coordinate");
   scene.constraints = {{"own", FunctionConstraint{}}};
   expect_refused(scene, "constraint 'own'", "has no function");
 }

@@ -440,7 +440,7 @@ TEST(ContactRuns, WhatIsDrivenTogetherIsNamed) {
   const auto out = simulate(system, system.initial, settings("dopri5", 2, 1e-2, 1e-8));
   ASSERT_FALSE(out);
   EXPECT_EQ(out.error().where, "contact 'ground'");
-  EXPECT_NE(out.error().what.find("closes at t = 0.9 s at 1 per second, where no impulse can stop it"),
+  EXPECT_NE(out.error().what.find("closes at t = 0.9 s at 1 per second, and no impulse can stop it"),
             std::string::npos)
       << out.error().what;
 }

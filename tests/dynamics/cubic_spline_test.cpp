@@ -91,14 +91,13 @@ TEST(CubicSpline, ClampedIsLevelBeyondItsEndsToTheLastDigit) {
 TEST(CubicSpline, SaysWhyThereIsNone) {
   using S = CubicSpline;
   EXPECT_EQ(S::complaint({0, 1}, {0, 1}, SplineEnds::natural), "");
-  EXPECT_EQ(S::complaint({0}, {0}, SplineEnds::natural), "has 1 values, expected 2 at least");
-  EXPECT_EQ(S::complaint({0, 1}, {0}, SplineEnds::natural), "has 2 places and 1 values");
+  EXPECT_EQ(S::complaint({0}, {0}, SplineEnds::natural), "has 1 values, expected at least 2");
+  EXPECT_EQ(S::complaint({0, 1}, {0}, SplineEnds::natural), "has 2 times and 1 values");
   EXPECT_EQ(S::complaint({0, 1, 1}, {0, 1, 2}, SplineEnds::natural),
-            "its places must rise, but 1 comes after 1");
+            "its times must increase, but 1 comes after 1");
   EXPECT_EQ(S::complaint({0, 1, 2, 3}, {0, 1, 2, 3}, SplineEnds::periodic),
             "is periodic, but begins with 0 and ends with 3");
-  EXPECT_EQ(S::complaint({0, NAN}, {0, 1}, SplineEnds::natural),
-            "holds something that is not a finite number");
+  EXPECT_EQ(S::complaint({0, NAN}, {0, 1}, SplineEnds::natural), "contains a number that is not finite");
 }
 
 /// The same conditions with the slopes as unknowns, all in one dense system: continuous second derivatives, and

@@ -277,17 +277,17 @@ TEST(EffortKinds, NameWhatIsWrongWithTheirLine) {
   const std::string here = "arm.toml:8: effort 'it': ";
   EXPECT_EQ(complaint("kind = 'limit_spring'\non = 'elbow'\n"), here + "its stiffness must be positive");
   EXPECT_EQ(complaint("kind = 'limit_spring'\non = 'reach'\nstiffness = 1\n"),
-            here + "has no range, and its coordinate has none; give one of them a range");
+            here + "has no range, and neither has its coordinate; give one of them a range");
   EXPECT_EQ(complaint("kind = 'limit_spring'\non = 'shoulder'\nstiffness = 1\nrange = [0, 1]\n"),
-            here + "has one range, but a ball needs three, of its rotation vector's components");
+            here + "has one range, but a ball needs three, one per component of its rotation vector");
   EXPECT_EQ(complaint("kind = 'limit_spring'\non = 'elbow'\nstiffness = 1\nrange = [1, 0]\n"),
-            here + "its range must have the smaller bound first");
+            here + "its range must give the smaller bound first");
   EXPECT_EQ(complaint("kind = 'limit_spring'\non = 'elbow'\nstiffness = 1\ndissipation = -1\n"),
             here + "its dissipation must not be negative");
   EXPECT_EQ(complaint("kind = 'limit_spring'\non = 'reach'\nstiffness = 1\nrange_deg = [0, 1]\n"),
             "arm.toml:11: range_deg needs a rotation, but 'reach' is a translation");
   EXPECT_EQ(complaint("kind = 'pd_controller'\non = 'shoulder'\nkp = 1\ntarget = [0, 1]\n"),
-            here + "is on a ball; give three targets, of its rotation vector's components");
+            here + "acts on a ball; give three targets, one per component of its rotation vector");
   EXPECT_EQ(complaint("kind = 'pd_controller'\non = 'elbow'\nkp = -1\ntarget = 0\n"),
             here + "its gains kp and kd must not be negative");
   EXPECT_EQ(complaint("kind = 'drag'\nat = 'arm'\nlinear = -1\n"),
@@ -295,7 +295,7 @@ TEST(EffortKinds, NameWhatIsWrongWithTheirLine) {
   EXPECT_NE(
       complaint("kind = 'coordinate_spring'\non = 'shoulder'\n").find("a ball; expected a translation's"),
       std::string::npos);
-  EXPECT_NE(complaint("kind = 'own'\n").find("no kind is named \"own\""), std::string::npos);
+  EXPECT_NE(complaint("kind = 'own'\n").find("there is no kind named \"own\""), std::string::npos);
 }
 
 }  // namespace

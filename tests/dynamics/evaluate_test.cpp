@@ -51,7 +51,7 @@ TEST(Evaluate, RefusesStatesThatDoNotFit) {
   EXPECT_NE(evaluate(system, system.initial, Eigen::VectorXd::Zero(1))
                 .error()
                 .message()
-                .find("are 1; the scene has"),
+                .find("have 1 entries; the scene has"),
             std::string::npos);
 }
 

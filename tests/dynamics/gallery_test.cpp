@@ -48,8 +48,9 @@ TEST(Gallery, StepsThatTheConstraintsMoveFarAreTriedAgain) {
     scene.simulation.tolerance = tolerance;
     const Trajectory t = run(scene);
     return std::any_of(t.certificate.notes.begin(), t.certificate.notes.end(), [](const std::string& note) {
-      return note.find("steps were tried again, shorter, since the constraints moved their ends") !=
-             std::string::npos;
+      return note.find(
+                 "steps were repeated with a shorter length, because constraint projection moved their "
+                 "ends") != std::string::npos;
     });
   };
   EXPECT_TRUE(tried_again(1e-3));

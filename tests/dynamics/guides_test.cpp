@@ -112,9 +112,9 @@ TEST(Guides, ParallelDirectionsAndPointsTwiceAreRefused) {
   EXPECT_EQ(complaint(AngleConstraint{{"l0"}, {0, 0, 1}, {"l1"}, {0, 0, 1}, constant(0)}),
             "its angle must lie between 0 and pi, both excluded");
   EXPECT_EQ(complaint(PointOnCurve{{"l0", {}}, {"world"}, {{0, 0, 0}}, false}),
-            "its curve goes through too few points; it takes two at least");
+            "its curve has too few points; it needs at least two");
   EXPECT_EQ(complaint(PointOnCurve{{"l0", {}}, {"world"}, {{0, 0, 0}, {1, 0, 0}, {0, 0, 0}}, true}),
-            "two points of its curve that follow each other are the same");
+            "two successive points of its curve coincide");
   EXPECT_EQ(complaint(CoordinateFunction{{"h0"}, {"h0"}, linear(0, 1)}),
             "makes a coordinate a function of itself");
 }
@@ -198,15 +198,14 @@ TEST(Coupled, WhatCannotBeCoupledIsRefused) {
   };
   EXPECT_EQ(complaint(one("\"q\", function = [0, 2]")), "");
   EXPECT_EQ(complaint(one("\"nowhere\", function = [0, 2]")),
-            "s.toml:3: no coordinate is named 'nowhere', expected one of: p, q");
+            "s.toml:3: there is no coordinate named 'nowhere', expected one of: p, q");
   EXPECT_EQ(complaint(one("\"p\", function = [0, 2]")),
             "s.toml:1: solid 'a', coordinate 'p': is coupled to 'p', which is coupled back to it");
   EXPECT_EQ(complaint("{ball = true, name = \"p\", coupled = {to = \"q\", function = 1}}"),
             "s.toml:3: solid 'a', switch 2 of its joint: is a ball, which cannot be coupled");
-  EXPECT_EQ(
-      complaint("{translation = \"y\", name = \"p\", value = 1, coupled = {to = \"q\", function = 1}}"),
-      "s.toml:3: solid 'a', switch 2 of its joint: has a value, but a coupled coordinate has the value of "
-      "its function");
+  EXPECT_EQ(complaint("{translation = \"y\", name = \"p\", value = 1, coupled = {to = \"q\", function = 1}}"),
+            "s.toml:3: solid 'a', switch 2 of its joint: has a value, but a coupled coordinate takes the "
+            "value of its function");
 }
 
 // ---- short forms ----

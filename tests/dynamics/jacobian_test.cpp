@@ -96,7 +96,7 @@ TEST(Jacobian, MomentumChangesByWeightAlone) {
 TEST(Jacobian, OfWhatIsNotThereIsRefused) {
   const System system = compiled(chain(2, false));
   EXPECT_EQ(point_motion(system, system.initial, {"none", {0, 0, 0}}).error().message(),
-            "point of 'none': no solid of the scene has this name");
+            "point of 'none': the scene has no solid of this name");
   EXPECT_FALSE(point_motion(system, system.initial, {"l0", {NAN, 0, 0}}));
   State wrong = system.initial;
   wrong.q.resize(1);

@@ -194,8 +194,8 @@ TEST(MjcfContacts, WhatOverlapsAtTheStartIsPutApart) {
   EXPECT_TRUE(path.certificate.trusted) << path.certificate.reason;
   ASSERT_FALSE(path.certificate.notes.empty());
   EXPECT_EQ(path.certificate.notes[0],
-            "contact 'b over floor' overlapped by 0.05 m at the start: put apart by the least move, most of "
-            "coordinate 'b.z', by 0.05 m");
+            "contact 'b over floor' overlapped by 0.05 m at the start; it was separated by the smallest "
+            "move, mostly of coordinate 'b.z', by 0.05 m");
 }
 
 TEST(MjcfContacts, ImpossibleOnesAreRefused) {
@@ -207,13 +207,13 @@ TEST(MjcfContacts, ImpossibleOnesAreRefused) {
   };
   refused(over_floor("<body><freejoint/><geom size='1' condim='2'/></body>"), "expected 1, 3, 4 or 6");
   refused(over_floor("<body><freejoint/><geom size='1'/><geom type='plane' size='1 1 1'/></body>"),
-          "a plane of a body that moves");
+          "a plane of a moving body");
   refused(over_floor("<body><freejoint/><geom size='1' friction='-1'/></body>"), "is negative");
   refused("<mujoco><worldbody/><contact><exclude body1='a'/></contact></mujoco>", "body2");
   refused(
       "<mujoco><worldbody><geom name='a' size='1'/></worldbody><contact><pair geom1='a' "
       "geom2='b'/></contact></mujoco>",
-      "no geom is named 'b'");
+      "there is no geom named 'b'");
 }
 
 TEST(MjcfContacts, DistancesOfSegmentsAreTheLeast) {

@@ -391,7 +391,7 @@ TEST(Moreau, WhatPartsDoNotMendIsNamedAndCostsAFewTimesAsMuch) {
   const auto ran = simulate(system, system.initial, settings("moreau", 1, step));
   ASSERT_TRUE(ran) << ran.error().message();
   EXPECT_FALSE(ran->certificate.trusted);
-  EXPECT_NE(ran->certificate.reason.find("did not settle at t = 0.5"), std::string::npos)
+  EXPECT_NE(ran->certificate.reason.find("did not converge at t = 0.5"), std::string::npos)
       << ran->certificate.reason;
   // of each of the steps that it is pressed in, half of all: 6 that are too long, four of the least parts
   // with two tries to make them longer, and then longer and longer ones

@@ -324,7 +324,7 @@ TEST(Constraints, ARodBetweenPointsThatMeetIsNamed) {
   const Result<Trajectory> out = simulate(compiled(scene));
   ASSERT_FALSE(out);
   EXPECT_EQ(out.error().where, "constraint 'rod'");
-  EXPECT_NE(out.error().what.find("two points meet"), std::string::npos);
+  EXPECT_NE(out.error().what.find("two points coincide"), std::string::npos);
 }
 
 }  // namespace

@@ -48,10 +48,9 @@ TEST(PutApart, TwoMoveByTheirMassesInverse) {
   const std::string words = moved(system, state);
   EXPECT_NEAR(state.q[0], -0.05 * 3 / 4, 1e-12);
   EXPECT_NEAR(state.q[1], 0.15 + 0.05 / 4, 1e-12);
-  EXPECT_EQ(
-      words,
-      "contact '1 on 0' overlapped by 0.05 m at the start: put apart by the least move, most of coordinate "
-      "'x0', by 0.0375 m");
+  EXPECT_EQ(words,
+            "contact '1 on 0' overlapped by 0.05 m at the start; it was separated by the smallest move, "
+            "mostly of coordinate 'x0', by 0.0375 m");
   EXPECT_EQ(moved(system, state), "");
 }
 
@@ -140,7 +139,7 @@ TEST(PutApart, WhatHasNowhereToGoEndsByName) {
   State state = system.initial;
   const auto out = put_apart(system, system.parameters, state);
   ASSERT_FALSE(out);
-  EXPECT_NE(out.error().message().find("overlaps at the start, and no move puts it apart: "),
+  EXPECT_NE(out.error().message().find("overlaps at the start, and no move separates it: "),
             std::string::npos)
       << out.error().message();
 }
@@ -161,7 +160,7 @@ TEST(PutApart, NamesAContactThatNoCoordinateParts) {
     const auto out = put_apart(system, system.parameters, state);
     ASSERT_FALSE(out);
     EXPECT_EQ(out.error().message(),
-              "contact 'floor': overlaps at the start, and no move puts it apart: 0.05 is left");
+              "contact 'floor': overlaps at the start, and no move separates it: 0.05 remains");
     for (const char* method : {"moreau", "dop853", "gbs", "rk4"})
       for (const bool apart : {true, false}) {
         SimulationSettings how = settings(method, 0.1, 1e-3);

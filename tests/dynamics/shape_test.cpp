@@ -265,8 +265,8 @@ TEST(Shape, RefusesMeshesThatBoundNoSolid) {
   expect_refused(open, "is not closed");
   ClosedMesh one_turned = unit_tetrahedron();
   std::swap(one_turned.triangles[0][0], one_turned.triangles[0][1]);
-  expect_refused(one_turned, "turned opposite ways");
-  expect_refused(reversed(unit_tetrahedron()), "inside out");
+  expect_refused(one_turned, "opposite orientations");
+  expect_refused(reversed(unit_tetrahedron()), "faces inwards");
   expect_refused(ClosedMesh{}, "has no triangles");
   expect_refused(ClosedMesh{{{0, 0, 0}}, {{0, 0, 0}}}, "no triangles that enclose");
   expect_refused(ClosedMesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 3}}}, "vertex 3");
@@ -277,8 +277,8 @@ TEST(Shape, RefusesMeshesThatBoundNoSolid) {
 
 TEST(Shape, RefusesShellsThatCountMatterTwice) {
   const ClosedMesh outer = box_mesh({0, 0, 0}, {4, 4, 4}), inner = box_mesh({1, 1, 1}, {2, 2, 2});
-  expect_refused(joined(outer, inner), "inside of another");
-  expect_refused(joined(outer, reversed(moved(inner, Matrix3d::Identity(), {9, 0, 0}))), "inside out");
+  expect_refused(joined(outer, inner), "inside another one");
+  expect_refused(joined(outer, reversed(moved(inner, Matrix3d::Identity(), {9, 0, 0}))), "faces inwards");
   EXPECT_TRUE(inertial_of_density({joined(outer, moved(inner, Matrix3d::Identity(), {9, 0, 0}))}, 1));
 }
 

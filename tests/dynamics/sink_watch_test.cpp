@@ -138,7 +138,7 @@ TEST(Sinking, AForceThatJumpsToAndFroIsCalledOff) {
       simulate(system, system.initial, settings("dopri5", 10, 0.01, 1e-12), observer);
   ASSERT_FALSE(out) << steps;
   for (const char* part :
-       {"2000 tries for a step came on by", "for the sake of the velocity of 'x' of 'mass'", "t = 0.66666"})
+       {"2000 step attempts advanced by only", "because of the velocity of 'x' of 'mass'", "t = 0.66666"})
     EXPECT_NE(out.error().what.find(part), std::string::npos) << out.error().what;
 }
 

@@ -42,8 +42,8 @@ TEST(TimeFunction, TableHasItsValuesAndDerivatives) {
   EXPECT_EQ(complaint_of(f), "");
   Table changed({0, 1}, {0, 1});
   changed.times = {0, 2};
-  EXPECT_EQ(complaint_of(changed), "its table was changed: prepare() it");
-  EXPECT_EQ(complaint_of(Table({1, 0}, {0, 1})), "its table: its places must rise, but 0 comes after 1");
+  EXPECT_EQ(complaint_of(changed), "its table was changed; call prepare()");
+  EXPECT_EQ(complaint_of(Table({1, 0}, {0, 1})), "its table: its times must increase, but 0 comes after 1");
 }
 
 }  // namespace

@@ -208,7 +208,7 @@ TEST(Urdf, IgnoresImpossibleInertiasOfFixedLinks) {
                                           link_text("eye", impossible_text(0)) + hinge +
                                           joint_text("f", "fixed", "base", "eye")));
   EXPECT_EQ(mass_matrix(fixed)(0, 0), alone(0, 0));
-  EXPECT_TRUE(lists(fixed, "of no possible body, of what is fixed to the world: base, eye"));
+  EXPECT_TRUE(lists(fixed, "impossible inertias of links fixed to the world: base, eye"));
 }
 
 // An impossible link on a fixed joint adds the mass and moments of the file to a body that is possible.
@@ -222,7 +222,7 @@ TEST(Urdf, JudgesLinksOnFixedJointsAsOneBody) {
       joint_text("j", "continuous", "base", "arm", "<axis xyz='0 0 1'/>") +
       "<joint name='f' type='fixed'><parent link='arm'/><child link='eye'/><origin xyz='1 2 3'/></joint>"));
   EXPECT_NEAR(mass_matrix(model)(0, 0), .4 + .03 + .5 * (1 + 4), 1e-14);
-  EXPECT_TRUE(lists(model, "counted with 'arm', which they move with: eye"));
+  EXPECT_TRUE(lists(model, "added to 'arm', with which they move: eye"));
   ASSERT_EQ(model.scene.solids.size(), 3u);  // the eye keeps its name and pose
 }
 
@@ -239,7 +239,7 @@ TEST(Urdf, MinimumMassLetsAPlaceholderBaseFloat) {
       << refused.error().message();
   EXPECT_NE(refused.error().message().find("--minimum-mass"), std::string::npos) << refused.error().message();
   const ModelFile model = read_text(xml, {.floating = true, .minimum_mass = .1});
-  EXPECT_TRUE(lists(model, "weigh less than 0.1 kg, each taken as a ball of water of that mass: base"));
+  EXPECT_TRUE(lists(model, "links lighter than 0.1 kg, each replaced by a ball of water of that mass: base"));
   const Rows A = mass_matrix(model);
   EXPECT_NEAR(A(0, 0), 2.1, 1e-14);
   // the ball's radius: m = 4/3 pi r^3 1000
@@ -256,8 +256,9 @@ TEST(Urdf, LocksMasslessFingersThatCarryNoMass) {
       joint_text("bend", "continuous", "finger", "tip", "<mimic joint='j' multiplier='2'/>") +
       joint_text("thumb", "prismatic", "arm", "thumb", "<limit lower='0' upper='1'/>");
   const ModelFile model = read_text(robot(hand + fingers));
-  EXPECT_TRUE(lists(model, "move no mass, locked (--minimum-mass gives them some): curl, bend, thumb"));
-  EXPECT_TRUE(lists(model, "moments of inertia without mass, left out: thumb"));
+  EXPECT_TRUE(lists(
+      model, "coordinates that move no mass, locked (--minimum-mass gives them mass): curl, bend, thumb"));
+  EXPECT_TRUE(lists(model, "moments of inertia without mass, ignored: thumb"));
   const System system = compiled(model.scene);
   EXPECT_EQ(system.nv, 1);
   EXPECT_EQ(system.rows, 0);  // the mimic no longer holds the arm
@@ -292,7 +293,8 @@ TEST(Urdf, ALockedJointEqualsAFixedOne) {
   const Folder folder;
   const auto wrong = read_model(folder.write("robot.urdf", arm("continuous")), {.locked = {"j4"}});
   ASSERT_FALSE(wrong);
-  EXPECT_NE(wrong.error().message().find("--lock j4: no free coordinate is named so; there are: j1, j2, j3"),
+  EXPECT_NE(wrong.error().message().find(
+                "--lock j4: there is no free coordinate of this name; choose from: j1, j2, j3"),
             std::string::npos)
       << wrong.error().message();
 }
@@ -316,7 +318,7 @@ TEST(Urdf, ToleratesEmptyVisualsAndReversedLimits) {
   const ModelFile model = read_text(
       robot(link_text("arm", inertial_text + "<visual><geometry><box size='0 0 0'/></geometry></visual>") +
             joint_text("j", "revolute", "world", "arm", "<limit lower='1' upper='-1'/>")));
-  EXPECT_TRUE(lists(model, "shapes without size: 1 times"));
+  EXPECT_TRUE(lists(model, "shapes without a size: 1 times"));
   EXPECT_TRUE(lists(model, "limits of joint 'j', from 1 to -1"));
   EXPECT_TRUE(model.scene.solids.at(0).switches.back().ranges.empty());
   EXPECT_EQ(model.scene.solids[0].parent, "world");  // a parent that the file names without a <link>
@@ -340,26 +342,26 @@ TEST(Urdf, BadFilesEndInOneSentence) {
        "robot.urdf:4: is not well-formed XML: mismatched tag"},
       {robot(""), "robot.urdf:1: robot 'r': has no <link>"},
       {robot("<xacro:macro name='m'/>"), "is xacro"},
-      {robot(base + "<link name='base'/>"), "there are two of this name"},
+      {robot(base + "<link name='base'/>"), "the name appears twice"},
       {robot(base + arm), "expected one root"},
       {robot(base + arm + "<joint name='j' type='fixed'><parent link='world'/><child link='arm'/></joint>"),
        "robot.urdf:1: link"},
-      {robot(base + joint_text("j", "revolute", "base", "leg")), "no link is named 'leg'"},
+      {robot(base + joint_text("j", "revolute", "base", "leg")), "there is no link named 'leg'"},
       {robot(base + arm + joint_text("j", "twist", "base", "arm")),
        "type is 'twist', expected one of: fixed"},
       {robot(base + arm + joint_text("j", "fixed", "base", "arm") + joint_text("k", "fixed", "base", "arm")),
-       "link 'arm' is the child of joint 'j' too"},
+       "link 'arm' is also the child of joint 'j'"},
       {robot(base + arm + link_text("leg") + joint_text("j", "fixed", "leg", "arm") +
              joint_text("k", "fixed", "arm", "leg")),
        "is its own ancestor"},
       {robot(base + arm + joint_text("j", "continuous", "base", "arm", "<axis xyz='0 0 0'/>")),
        "xyz has no direction"},
       {robot(base + arm + joint_text("j", "continuous", "base", "arm", "<axis xyz='0 0'/>")),
-       "xyz holds 2 numbers, expected 3"},
+       "xyz contains 2 numbers, expected 3"},
       {robot(base + arm + joint_text("j", "continuous", "base", "arm", "<axis xyz='0 0 nan'/>")),
-       "xyz holds 'nan', expected finite numbers"},
+       "xyz contains 'nan', expected finite numbers"},
       {robot(base + arm + joint_text("j", "continuous", "base", "arm", "<mimic joint='q'/>")),
-       "'q' is no joint"},
+       "'q' is not a joint"},
       {robot(base + arm + joint_text("j", "continuous", "base", "arm", "<dynamics damping='-1'/>")),
        "damping is -1"},
       {robot(link_text("base", "<inertial><mass value='1'/></inertial>")), "has no <inertia>"},

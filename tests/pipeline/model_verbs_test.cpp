@@ -73,8 +73,8 @@ TEST(ModelVerbs, WhatIsNoSceneIsRefusedInOneSentence) {
   const TestFolder folder;
   using namespace std::string_literals;
   for (const auto& [name, bytes, said] : {
-           std::tuple{"empty.toml", ""s, "holds no solid"},
-           {"settings.toml", "[simulation]\nend_time = 1.0\n"s, "holds no solid"},
+           std::tuple{"empty.toml", ""s, "contains no solid"},
+           {"settings.toml", "[simulation]\nend_time = 1.0\n"s, "contains no solid"},
            {"scan.nii.gz", "\x1f\x8b\x08\0\0\0\0\0"s, "is not a scene but a compressed file"},
            {"motion.h5", "\x89HDF\r\n\x1a\n\0\0"s, "is not a scene but an HDF5 file"},
            {"scan.nii", "\x5c\x01\0\0"s, "is not a scene but a binary file"},
@@ -122,7 +122,7 @@ TEST(ModelVerbs, WhatFallsInMjcfLandsOnItsPlaneOrIsNotTrusted) {
   EXPECT_EQ(run_program("simulate --reactions --method rk4_adaptive" + to + ball).code, 0);
   const ProgramRun loads = run_program("simulate --reactions" + to + ball);
   EXPECT_EQ(loads.code, 2);
-  EXPECT_NE(loads.err.find("are not known of a run by moreau"), std::string::npos) << loads.err;
+  EXPECT_NE(loads.err.find("cannot be computed for a run with moreau"), std::string::npos) << loads.err;
   // nothing holds a cylinder
   const std::string tin = model("<geom name='tin' type='cylinder' size='.1 .1'/>");
   const ProgramRun run = run_program("simulate " + tin);

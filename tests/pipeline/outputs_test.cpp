@@ -52,7 +52,7 @@ TEST(Outputs, AFileInTheWayIsToldBeforeTheWork) {
     folder.write("file", "");
     expect_refused(filled(writer.arguments, folder / "file/below"), "file is not a folder", folder);
     fs::create_symlink(folder / "nowhere/at/all", folder / "link");  // exists, and can be no folder
-    expect_refused(filled(writer.arguments, folder / "link/below"), "cannot be made", folder);
+    expect_refused(filled(writer.arguments, folder / "link/below"), "cannot be created", folder);
     if (*writer.file == '\0') continue;
     fs::create_directories(folder.path() / (std::string("out") + writer.file));
     expect_refused(filled(writer.arguments, folder / "out"), "is a folder; name a file", folder);
@@ -87,7 +87,8 @@ TEST(Outputs, AFolderThatCannotBeMadeIsToldBeforeTheWork) {
   if (!fs::exists("/proc/self")) GTEST_SKIP() << "no /proc here";
   const TestFolder folder;
   for (const Writer& writer : writers)
-    expect_refused(filled(writer.arguments, "/proc/borelli/below"), "/proc/borelli cannot be made", folder);
+    expect_refused(filled(writer.arguments, "/proc/borelli/below"), "/proc/borelli cannot be created",
+                   folder);
 }
 
 TEST(Outputs, AFolderOfSomebodyElseIsToldBeforeTheWork) {

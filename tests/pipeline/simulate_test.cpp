@@ -151,7 +151,7 @@ TEST(Simulate, BadScenesAreNamedWithTheirLine) {
   folder.write("bad.toml", "[simulation]\nmethod = 'magic'\n");
   expect_refused("simulate " + scene + output, 2, "bad.toml:2", folder, 1);
   const std::string model = folder.write("bare.xml", "<mujoco><worldbody><light/></worldbody></mujoco>");
-  expect_refused("simulate " + model + output, 2, "bare.xml: holds no body", folder, 2);
+  expect_refused("simulate " + model + output, 2, "bare.xml: contains no body", folder, 2);
   folder.write("bad.toml", std::string("name = \"\xff\xfe\"\n\0\0", 14));
   expect_refused("simulate " + scene + output, 2, "bad.toml:1", folder, 2);
 }

@@ -94,7 +94,7 @@ TEST(MjcfAssemble, ReplicateNamesItsCopiesAndWhatRefersToThem) {
                                               "</body><replicate count='2'><body name='a'><joint/>" + weight +
                                               "</body></replicate>",
                                           "<equality><weld body1='a' body2='b'/></equality>")));
-  EXPECT_NE(said.find("joins what <replicate>"), std::string::npos) << said;
+  EXPECT_NE(said.find("joins objects that <replicate>"), std::string::npos) << said;
 }
 
 TEST(MjcfAssemble, AttachReadsTheOtherModelByItsOwnCompiler) {
@@ -249,8 +249,10 @@ TEST(MjcfMeshes, TheRuleOfInertiaIsTheFilesOwn) {
   const double mass = legacy.scene.solids.at(0).inertials.at(0).mass;
   EXPECT_GT(mass, 7.05);
   ASSERT_FALSE(legacy.not_modelled.other.empty());
-  EXPECT_EQ(legacy.not_modelled.other[0].find("1 meshes weigh by MuJoCo's legacy rule"), 0u);
-  EXPECT_NE(legacy.not_modelled.other[0].find(" m^3 for 7 m^3; with inertia"), std::string::npos);
+  EXPECT_EQ(legacy.not_modelled.other[0].find(
+                "1 meshes get more mass than their volume under MuJoCo's legacy rule"),
+            0u);
+  EXPECT_NE(legacy.not_modelled.other[0].find(" m^3 for 7 m^3 (inertia"), std::string::npos);
 }
 
 TEST(MjcfMeshes, FormsAreFittedToMeshes) {

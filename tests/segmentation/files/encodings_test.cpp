@@ -90,7 +90,7 @@ TEST(TextVoxels, NamesValuesOutsideTheType) {
   EXPECT_EQ(told("uchar", "7").find("was read"), 0U);
   for (const auto& [type, last] :
        {std::pair{"uchar", "256"}, {"uchar", "-1"}, {"short", "1.5"}, {"float", "x"}})
-    EXPECT_NE(told(type, last).find("holds '" + std::string(last) + "' among its voxels"), std::string::npos)
+    EXPECT_NE(told(type, last).find("has '" + std::string(last) + "' among its voxels"), std::string::npos)
         << told(type, last);
   EXPECT_NE(told("short", std::string(100000, '9')).find("among its voxels"), std::string::npos);
   EXPECT_NE(told("short", "").find("is cut off: it has 278 of 280 bytes"), std::string::npos)
