@@ -48,7 +48,7 @@ class Builder : public nlohmann::json_sax<Json> {
 
   bool key(string_t& name) override {
     if (!open_.back().names.insert(name).second)
-      return refuse(fmt::format("\"{}\" is there twice", printable(name)));
+      return refuse(fmt::format("\"{}\" appears twice", printable(name)));
     name_ = std::move(name);
     return true;
   }
@@ -62,7 +62,7 @@ class Builder : public nlohmann::json_sax<Json> {
       return refuse(fmt::format("the number {} is too large", printable(token)));
     if (text_.find_first_not_of(" \t\r\n") == std::string_view::npos)
       return refuse("is empty, expected JSON");
-    if (position == text_.size()) return refuse("is not JSON: ends too early, was it cut off?");
+    if (position == text_.size()) return refuse("is not JSON: it ends too early and may be cut off");
     return refuse(fmt::format("is not JSON: found '{}'", printable(fault_in(token))));
   }
 

@@ -77,9 +77,8 @@ Predictors predictors_of(const std::vector<NamedTable>& tables) {
   }
   if (predictors.tables.size() < 5) {
     predictors.why_not = fmt::format(
-        "a regression on stature and mass needs five whole bodies with their stature (borelli inertia "
-        "--stature), and "
-        "{} of {} are so",
+        "a regression on stature and mass needs five whole bodies with a stature (borelli inertia "
+        "--stature); {} of {} qualify",
         predictors.tables.size(), tables.size());
     return predictors;
   }
@@ -96,7 +95,7 @@ Predictors predictors_of(const std::vector<NamedTable>& tables) {
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(centred);
   qr.setThreshold(1e-3);
   if (qr.rank() < 2)
-    predictors.why_not = "stature and mass do not vary apart from each other in these bodies";
+    predictors.why_not = "stature and mass vary only together in these bodies, so there is no regression";
   return predictors;
 }
 
@@ -147,15 +146,15 @@ bool same_numbers(const InertiaTable& a, const InertiaTable& b) {
 }  // namespace
 
 Result<void> check_comparable(const std::vector<NamedTable>& tables) {
-  if (tables.size() < 2) return bad_use("--compare", "needs two tables or more");
+  if (tables.size() < 2) return bad_use("--compare", "needs two or more tables");
   const NamedTable& first = tables.front();
   for (const NamedTable& other : tables) {
     const auto differ = [&](const char* what, const std::string& a, const std::string& b) {
-      return bad_use(
-          other.name,
-          fmt::format("its {} are by {}, those of {} by {}: parts compare only where they are cut "
-                      "and laid alike; make both tables by one convention",
-                      what, b.empty() ? "no stated way" : b, first.name, a.empty() ? "no stated way" : a));
+      return bad_use(other.name,
+                     fmt::format("its {} are by {}, those of {} by {}; parts are comparable only with the "
+                                 "same cuts and frames; make both tables by one convention",
+                                 what, b.empty() ? "an unstated method" : b, first.name,
+                                 a.empty() ? "an unstated method" : a));
     };
     if (other.table.source.cuts != first.table.source.cuts)
       return differ("cuts", first.table.source.cuts, other.table.source.cuts);
@@ -179,12 +178,13 @@ std::vector<std::string> remarks_on(const std::vector<NamedTable>& tables) {
              sexes = distinct(&InertiaSource::sex);
   if (curves.size() > 1) remarks.push_back(fmt::format("density curves differ: {}", fmt::join(curves, ", ")));
   if (poses.size() > 1)
-    remarks.push_back(fmt::format("poses differ: {}; soft tissue lies otherwise", fmt::join(poses, ", ")));
+    remarks.push_back(
+        fmt::format("poses differ: {}; soft tissue shifts with the pose", fmt::join(poses, ", ")));
   if (sexes.size() > 1) remarks.push_back(fmt::format("sexes differ: {}", fmt::join(sexes, ", ")));
   for (std::size_t i = 0; i < tables.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)
       if (same_numbers(tables[i].table, tables[j].table))
-        remarks.push_back(fmt::format("{} and {} hold the same numbers: one body counts as two",
+        remarks.push_back(fmt::format("{} and {} contain the same numbers, so one body counts twice",
                                       tables[j].name, tables[i].name));
   return remarks;
 }

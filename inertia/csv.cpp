@@ -68,19 +68,19 @@ Result<CsvTable> parse_csv(std::string_view text, const std::string& where) {
       position = end;
       continue;
     }
-    if (!read_record(text, position, fields)) return failure(where, "a quote is opened and not closed");
+    if (!read_record(text, position, fields)) return failure(where, "a quoted text is not closed");
     for (std::string& field : fields) field = text_of_cell(field);
     if (table.columns.empty()) {
       table.columns = fields;
     } else if (fields.size() != table.columns.size()) {
-      return failure(where, fmt::format("row {} (\"{}\" ...) has {} fields, and the header names {} columns",
+      return failure(where, fmt::format("row {} (\"{}\" ...) has {} fields, but the header names {} columns",
                                         table.rows.size() + 1, printable(fields[0]), fields.size(),
                                         table.columns.size()));
     } else {
       table.rows.push_back(fields);
     }
   }
-  if (table.columns.empty()) return failure(where, "holds no table: a header that names columns is expected");
+  if (table.columns.empty()) return failure(where, "contains no table, expected a header that names columns");
   return table;
 }
 

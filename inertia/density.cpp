@@ -46,12 +46,12 @@ Result<DensityCurve> density_curve(std::string_view name) {
     names.push_back(curve.name);
   }
   return bad_use("density curve",
-                 fmt::format("there is none named '{}'; choose one of: {}", name, fmt::join(names, ", ")));
+                 fmt::format("unknown curve '{}'; choose one of: {}", name, fmt::join(names, ", ")));
 }
 
 Result<GreyWeights> density_weights(Quantity quantity, const DensityCurve& curve, BelowAir below) {
   if (quantity != Quantity::hu && quantity != Quantity::density_kgm3)
-    return bad_use("density", fmt::format("{} do not tell the density: give CT numbers (hu) or densities",
+    return bad_use("density", fmt::format("{} do not give densities; give CT numbers (hu) or densities",
                                           quantity == Quantity::mr ? "MR signals" : "labels"));
   const auto weight = [&](int grey) -> double {
     if (quantity == Quantity::density_kgm3) return std::max(grey, 0);

@@ -64,7 +64,7 @@ Result<void> check_physical(const Inertial& inertial, std::string name, Extent e
   if (!std::isfinite(inertial.mass) || !inertial.centre.allFinite() || !I.allFinite())
     return refuse("mass, gravity centre or inertia tensor is not a finite number");
   if (inertial.mass <= 0)
-    return refuse(fmt::format("mass is {:.6g} kg, and must be positive", inertial.mass));
+    return refuse(fmt::format("mass is {:.6g} kg, expected a positive number", inertial.mass));
 
   const double rounding = 1e-12 * I.cwiseAbs().maxCoeff();
   const Matrix3d skew = I - I.transpose();
@@ -83,8 +83,8 @@ Result<void> check_physical(const Inertial& inertial, std::string name, Extent e
                     moments[0], moments[1], moments[2]));
   if (moments[2] > moments[0] + moments[1] + rounding)
     return refuse(fmt::format(
-        "inertia tensor breaks the triangle inequality: its largest principal moment {:.6g} exceeds "
-        "the sum of the others, {:.6g} + {:.6g} = {:.6g} kg m^2, which no body can have",
+        "inertia tensor violates the triangle inequality: its largest principal moment {:.6g} exceeds the "
+        "sum of the others, {:.6g} + {:.6g} = {:.6g} kg m^2, which is impossible for a body",
         moments[2], moments[0], moments[1], moments[0] + moments[1]));
   return {};
 }

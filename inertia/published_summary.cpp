@@ -15,7 +15,8 @@ std::vector<PublishedSummary> published_summaries(const InertiaTable& table) {
     for (const InertiaRow& row : table.rows) {
       const Comparison beside = compare(table, row, name);
       if (!beside.published || !beside.mass) {
-        const std::string why = !beside.published ? beside.why_not : "the scan does not hold the whole body";
+        const std::string why =
+            !beside.published ? beside.why_not : "the scan does not contain the whole body";
         if (summary.why_not.find(why) == std::string::npos)
           summary.why_not += (summary.why_not.empty() ? "" : "; ") + why;
         continue;
@@ -35,9 +36,9 @@ std::vector<PublishedSummary> published_summaries(const InertiaTable& table) {
 }
 
 std::string in_words(const PublishedSummary& s) {
-  if (s.parts == 0) return fmt::format("{}: no part's mass compares ({})", s.table, s.why_not);
+  if (s.parts == 0) return fmt::format("{}: no part is comparable in mass ({})", s.table, s.why_not);
   return fmt::format(
-      "{}: masses of {} parts differ by {:+.1f} % on the mean, {:.1f} % rms, {} most ({:+.1f} %)", s.table,
+      "{}: masses of {} parts differ by {:+.1f} % on average, {:.1f} % rms, {} most ({:+.1f} %)", s.table,
       s.parts, s.mean_pct, s.rms_pct, s.farthest, s.farthest_pct);
 }
 

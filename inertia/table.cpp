@@ -59,9 +59,9 @@ std::optional<AnatomicalNumbers> anatomical_numbers(const InertiaRow& row) {
 Comparison compare(const InertiaTable& table, const InertiaRow& row, std::string_view published_table) {
   const std::string& sex = table.source.sex;
   const auto none = [](std::string why) { return Comparison{.why_not = std::move(why)}; };
-  if (sex.empty()) return none("sex not stated");
+  if (sex.empty()) return none("the sex is not stated");
   if (row.completeness != Completeness::whole) return none(fmt::format("part {}", name_of(row.completeness)));
-  if (!row.frame || row.frame->length() <= 0) return none("endpoints not known");
+  if (!row.frame || row.frame->length() <= 0) return none("the endpoints are unknown");
   const SegmentFrame& frame = *row.frame;
   const bool whole = table.whole.completeness == Completeness::whole;
   if (const auto* same =
@@ -72,9 +72,10 @@ Comparison compare(const InertiaTable& table, const InertiaRow& row, std::string
   }
   if (const auto* mass = published_segment(published_table, sex, frame.segment, "", "", frame.cuts))
     return {mass, whole, false,
-            mass->from.empty() ? "mass only: its endpoints are not named"
-                               : fmt::format("mass only: its endpoints are {}-{}", mass->from, mass->to)};
-  return none(fmt::format("not comparable: no row with cuts {}", frame.cuts));
+            mass->from.empty()
+                ? "mass only: the publication names no endpoints"
+                : fmt::format("mass only: the published endpoints are {}-{}", mass->from, mass->to)};
+  return none(fmt::format("not comparable: nothing is published for the cuts {}", frame.cuts));
 }
 
 }  // namespace borelli

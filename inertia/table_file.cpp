@@ -231,7 +231,7 @@ const Json& member(const Json& json, const char* key, const std::string& owner) 
 
 std::string text(const Json& json, const char* key, const std::string& owner) {
   const Json& value = member(json, key, owner);
-  if (!value.is_string()) throw Damaged{fmt::format("\"{}\" of {} must be text", key, owner)};
+  if (!value.is_string()) throw Damaged{fmt::format("\"{}\" of {} must be a text", key, owner)};
   return value.get<std::string>();
 }
 
@@ -243,13 +243,13 @@ double number(const Json& value, const char* key, const std::string& owner) {
 
 Vector3d vector(const Json& value, const char* key, const std::string& owner) {
   if (!value.is_array() || value.size() != 3)
-    throw Damaged{fmt::format("\"{}\" of {} must hold three numbers", key, owner)};
+    throw Damaged{fmt::format("\"{}\" of {} must contain three numbers", key, owner)};
   return {number(value[0], key, owner), number(value[1], key, owner), number(value[2], key, owner)};
 }
 
 Matrix3d matrix(const Json& value, const char* key, const std::string& owner) {
   if (!value.is_array() || value.size() != 3)
-    throw Damaged{fmt::format("\"{}\" of {} must hold three rows of three numbers", key, owner)};
+    throw Damaged{fmt::format("\"{}\" of {} must contain three rows of three numbers", key, owner)};
   Matrix3d m;
   for (int r = 0; r < 3; ++r) m.row(r) = vector(value[static_cast<std::size_t>(r)], key, owner);
   return m;
@@ -292,7 +292,7 @@ std::vector<std::string> texts_from(const Json& json, const char* key, const std
   std::vector<std::string> texts;
   if (!json.contains(key)) return texts;
   for (const Json& one : json[key]) {
-    if (!one.is_string()) throw Damaged{fmt::format("\"{}\" of {} must hold texts", key, owner)};
+    if (!one.is_string()) throw Damaged{fmt::format("\"{}\" of {} must contain texts", key, owner)};
     texts.push_back(one.get<std::string>());
   }
   return texts;
@@ -408,27 +408,28 @@ std::string to_json(const InertiaTable& table) {
 Result<InertiaTable> table_from_json(const std::string& bytes, const std::string& where) {
   const auto json = parse_ordered_json(bytes, where);
   if (!json && where.ends_with(".csv"))
-    return bad_use(where, "is the table as CSV; expected the JSON that `borelli inertia` writes beside it");
+    return bad_use(where, "is the table as CSV; give the JSON file that `borelli inertia` writes beside it");
   if (!json) return tl::unexpected(json.error());
   try {
     return table_from(*json);
   } catch (const Json::exception&) {
-    return failure(where,
-                   "is no whole inertia table: an entry is of another kind than `borelli inertia` writes");
+    return failure(
+        where, "is not a complete inertia table: an entry has another type than `borelli inertia` writes");
   } catch (const Damaged& damaged) {
-    return failure(where, "is no whole inertia table: " + damaged.what);
+    return failure(where, "is not a complete inertia table: " + damaged.what);
   }
 }
 
 Result<void> write_table(const std::filesystem::path& path, const InertiaTable& table) {
   const std::string extension = path.extension().string();
   if (extension != ".csv" && extension != ".json")
-    return bad_use(path.string(), "an inertia table is written as .csv or .json");
+    return bad_use(path.string(), "is not a .csv or .json file; an inertia table is written as one of these");
   std::ofstream file(path, std::ios::binary);
   file << (extension == ".csv" ? to_csv(table) : to_json(table));
   file.close();
   if (!file)
-    return failure(path.string(), "cannot be written: no such folder, no right to, or the disk is full");
+    return failure(path.string(),
+                   "cannot be written; check the folder, its permissions and the free disk space");
   return {};
 }
 

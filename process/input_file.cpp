@@ -14,8 +14,7 @@ namespace borelli {
 namespace {
 
 tl::unexpected<Error> too_large(const std::filesystem::path& path, std::uint64_t most) {
-  return failure(path.string(),
-                 "has more than " + std::to_string(most >> 20) + " MiB, the limit for a text file");
+  return failure(path.string(), "exceeds " + std::to_string(most >> 20) + " MiB, the limit for a text file");
 }
 
 }  // namespace

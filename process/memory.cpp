@@ -135,15 +135,16 @@ std::optional<std::uint64_t> bytes_from(std::string_view text) {
 }
 
 tl::unexpected<Error> out_of_memory(const std::string& where, const std::string& what) {
-  return failure(where, what + " needs more than the " + in_words(static_cast<double>(memory_limit())) +
-                            " of memory that may be used (--max-memory)");
+  return failure(where, what + " needs more memory than the " +
+                            in_words(static_cast<double>(memory_limit())) +
+                            " that may be used; give a larger --max-memory");
 }
 
 Result<void> admit_memory(const std::string& where, const std::string& what, double bytes) {
   const double most = static_cast<double>(memory_limit()), used = static_cast<double>(bytes_in_use());
   if (used + bytes <= most) return {};
   return failure(where, what + " needs " + in_words(bytes) + " of memory; " + in_words(most) +
-                            " may be used (--max-memory), " + in_words(used) + " of them are in use");
+                            " may be used (--max-memory), of which " + in_words(used) + " are in use");
 }
 
 }  // namespace borelli

@@ -10,7 +10,7 @@ Result<const void*> load_on_demand(const char* library) {
   const void* const table = loaded ? dlsym(loaded, "borelli_functions") : nullptr;
   if (table) return table;
   const char* const why = dlerror();
-  return failure(file, std::string("cannot be loaded; install the program anew (") + (why ? why : "") + ")");
+  return failure(file, std::string("cannot be loaded; install the program again (") + (why ? why : "") + ")");
 }
 
 }  // namespace borelli

@@ -165,7 +165,7 @@ EllipticStack EllipticStack::cut(const HalfSpace& half_space) const {
     return c.normal == half_space.normal && c.offset == half_space.offset;
   });
   if (!known) {
-    if (cuts_.size() == most_cuts) throw std::length_error("an elliptic stack takes 16 cuts");
+    if (cuts_.size() == most_cuts) throw std::length_error("an elliptic stack has at most 16 cuts");
     result.cuts_.push_back(half_space);
     result.bound(half_space);
   }

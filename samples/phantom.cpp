@@ -176,7 +176,8 @@ Error out_of_range(const PhantomOptions& options, const DensityCurve& curve, dou
   const auto least = mass_at(options, curve, least_girth), most = mass_at(options, curve, most_girth);
   if (!least) return least.error();
   if (!most) return most.error();
-  return bad_use("mass", fmt::format("{:g} kg at {:.3f} m: the phantom can weigh {:.1f} to {:.1f} kg there",
+  return bad_use("mass", fmt::format("{:g} kg at {:.3f} m is out of range; at this stature the phantom can "
+                                     "weigh {:.1f} to {:.1f} kg",
                                      asked, stature, std::ceil(*least * cubed * 10) / 10,
                                      std::floor(*most * cubed * 10) / 10))
       .value();
@@ -188,7 +189,7 @@ Result<Phantom> build_phantom(const PhantomOptions& options) {
   if (!options.metal_hip.empty() && options.metal_hip != "left" && options.metal_hip != "right")
     return bad_use("metal hip", fmt::format("'{}' is neither left nor right", options.metal_hip));
   if (options.child && options.sex == Sex::female)
-    return bad_use("child", "has the same proportions as girl and boy: leave the sex out");
+    return bad_use("child", "has the same proportions for girl and boy; leave the sex out");
   const auto curve = density_curve(options.density_curve);
   if (!curve) return tl::unexpected(curve.error());
   // the body is built at its nominal stature, then scaled uniformly
@@ -197,12 +198,12 @@ Result<Phantom> build_phantom(const PhantomOptions& options) {
   const double stature = options.stature_m.value_or(usual_stature(options));
   const double least = options.child ? 0.9 : 1.2, most = options.child ? 1.5 : 2.3;
   if (!(stature >= least && stature <= most))
-    return bad_use("stature", fmt::format("{} m is no {}'s stature; give {} to {} m", stature,
+    return bad_use("stature", fmt::format("{} m is not the stature of a {}; give {} to {} m", stature,
                                           options.child ? "child" : "adult", least, most));
   const double scale = stature / nominal_stature, cubed = scale * scale * scale;
   const double wanted = options.mass_kg.value_or(nominal_mass * cubed) / cubed;
   if (!(wanted > 0 && std::isfinite(wanted)))  // the nominal mass is valid, so this one was requested
-    return bad_use("mass", fmt::format("{} kg is no mass of a body", *options.mass_kg));
+    return bad_use("mass", fmt::format("{} kg is not the mass of a body", *options.mass_kg));
   const auto plan = plan_body(options, wanted / nominal_mass);
   if (!plan) return tl::unexpected(plan.error());
 

@@ -230,13 +230,13 @@ Result<std::map<std::string, double>> all_angles(const PhantomOptions& options, 
       const auto it = asked.find(name);
       if (it == asked.end()) continue;
       if (!(it->second >= angle.least && it->second <= angle.most))
-        return bad_use("pose", fmt::format("{} = {} deg: the phantom's range is {} to {} deg", name,
-                                           it->second, angle.least, angle.most));
+        return bad_use("pose", fmt::format("{} = {} deg is out of range; the phantom allows {} to {} deg",
+                                           name, it->second, angle.least, angle.most));
       angles[name] = it->second;
     }
   for (const auto& [name, value] : asked)
     if (!angles.contains(name))
-      return bad_use("pose", fmt::format("no angle is named '{}'; there are {}", name, known));
+      return bad_use("pose", fmt::format("unknown angle '{}'; choose from {}", name, known));
   return angles;
 }
 

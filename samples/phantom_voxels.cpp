@@ -262,7 +262,7 @@ Result<void> check_scan(const GridOptions& grid, const ScanOptions& scan) {
   }
   for (const Bounded& b : all)
     if (!(b.value >= b.least && b.value <= b.most))  // also refuses NaN
-      return bad_use(b.name, fmt::format("{:g}{} is out of range: give {:g} to {:g}{}", b.value, b.unit,
+      return bad_use(b.name, fmt::format("{:g}{} is out of range; give {:g} to {:g}{}", b.value, b.unit,
                                          b.least, b.most, b.unit));
   return {};
 }

@@ -25,7 +25,7 @@ TEST(JsonText, ParsesValuesAndOptionallyKeepsTheOrderOfMembers) {
 TEST(JsonText, ErrorsNameTheFileTheLineAndTheWrongWord) {
   for (const auto& [text, said] : std::initializer_list<std::pair<std::string, std::string>>{
            {"", "f.json:1: is empty, expected JSON"},
-           {"{\"a\":\n [1, 2", "f.json:2: is not JSON: ends too early, was it cut off?"},
+           {"{\"a\":\n [1, 2", "f.json:2: is not JSON: it ends too early and may be cut off"},
            {"{\"a\":\n\n }", "f.json:3: is not JSON: found '}'"},
            {"[1] 2", "f.json:1: is not JSON: found '2'"},
            {"\xff", "f.json:1: is not JSON: found '<ff>'"},
@@ -34,7 +34,7 @@ TEST(JsonText, ErrorsNameTheFileTheLineAndTheWrongWord) {
            {"{\"a\": 1 \"b c\": 2}", "f.json:1: is not JSON: found '\"b c\"'"},
            {"{true: 1}", "f.json:1: is not JSON: found 'true'"},
            {"{\"q\":\n [1e999]}", "f.json:2: the number 1e999 is too large"},
-           {"{\"a\": 1, \"a\": 2}", "f.json: \"a\" is there twice"},
+           {"{\"a\": 1, \"a\": 2}", "f.json: \"a\" appears twice"},
            {repeated("[", 1'000'000), "f.json: lists and objects are nested deeper than 100"},
            {repeated("{\"a\":", 1'000'000), "f.json: lists and objects are nested deeper than 100"}}) {
     const auto read = parse_json(text, "f.json");

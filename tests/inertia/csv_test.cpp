@@ -54,10 +54,10 @@ TEST(Csv, RefusesDamagedTables) {
   const auto ragged = parse_csv("a,b\n1,2\n3,4,5\n", "text.csv");
   ASSERT_FALSE(ragged);
   EXPECT_EQ(ragged.error().message(),
-            "text.csv: row 2 (\"3\" ...) has 3 fields, and the header names 2 columns");
+            "text.csv: row 2 (\"3\" ...) has 3 fields, but the header names 2 columns");
   EXPECT_EQ(parse_csv("a,b\n\"1\n2" + std::string(100, 'x') + "\"\n", "text.csv").error().message(),
             "text.csv: row 1 (\"1<0a>2" + std::string(37, 'x') +
-                "...\" ...) has 1 fields, and the header names 2 columns");
+                "...\" ...) has 1 fields, but the header names 2 columns");
 }
 
 }  // namespace

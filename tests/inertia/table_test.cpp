@@ -110,7 +110,7 @@ TEST(Table, PublishedValuesStandOnlyWhereTheyCompare) {
   EXPECT_NE(compare(table, table.rows[1], "deleva1996").why_not.find("endpoints"), std::string::npos);
 
   table.source.sex.clear();
-  EXPECT_EQ(compare(table, table.rows[0], "deleva1996").why_not, "sex not stated");
+  EXPECT_EQ(compare(table, table.rows[0], "deleva1996").why_not, "the sex is not stated");
 
   InertiaRow cut = trunk_row();
   cut.completeness = Completeness::cut;

@@ -65,8 +65,8 @@ TEST(ClassMapping, WhatIsWrongIsToldWithItsLine) {
   expect("m.tsv", "label\tpart\n", "neither a label nor a name");
   expect("m.json", "[1]", "is not a mapping");
   expect("m.json", R"({"a": 1})", "m.json: a: expected a part");
-  expect("m.json", R"({"1": "thigh_left", "2": "head", "1": "thigh_right"})", "m.json: \"1\" is there twice");
-  expect("m.json", R"({"1": {"part": "head", "part": "hand"}})", "m.json: \"part\" is there twice");
+  expect("m.json", R"({"1": "thigh_left", "2": "head", "1": "thigh_right"})", "m.json: \"1\" appears twice");
+  expect("m.json", R"({"1": {"part": "head", "part": "hand"}})", "m.json: \"part\" appears twice");
   EXPECT_TRUE(mapping_of("m.json", R"({"1": {"part": "head"}, "2": {"part": "head"}})"));
   const auto missing = class_mapping("no_such_mapping");
   ASSERT_FALSE(missing);

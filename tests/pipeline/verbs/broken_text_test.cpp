@@ -44,7 +44,7 @@ std::vector<std::string> said_of_json(const std::string& text) {
 
 TEST(BrokenText, EveryReaderOfJsonTellsFileAndPlace) {
   for (const auto& [text, place] : std::initializer_list<std::pair<std::string, std::string>>{
-           {"{\"a\":\n [1, 2", "f.json:2: is not JSON: ends too early"},
+           {"{\"a\":\n [1, 2", "f.json:2: is not JSON: it ends too early"},
            {"{\"a\":\n 1e999}", "f.json:2: the number 1e999 is too large"},
            {repeated("[", 1'000'000), "f.json: lists and objects are nested deeper than 100"},
            {"{\"a\": " + repeated("{\"a\": ", 200'000),
