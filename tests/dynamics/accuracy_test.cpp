@@ -43,7 +43,7 @@ double bounce(double t, double z0, double k) {
 }
 
 // Where a force jumps errors are not in proportion to tolerances.
-TEST(Accuracy, IsMetWhereAStopIsHit) {
+TEST(Accuracy, IsMetWhenAStopIsHit) {
   struct Case {
     double z0, k, accuracy;
   };
@@ -129,7 +129,7 @@ TEST(Accuracy, IsMetOnAStiffSceneByAnImplicitMethod) {
 }
 
 // A method of several steps loses at an event what it would show the step before by.
-TEST(Accuracy, IsMetOnAStiffSceneWhereAStopIsHit) {
+TEST(Accuracy, IsMetOnAStiffSceneWhenAStopIsHit) {
   constexpr double z0 = 1.2, k = 3e4;
   Scene scene = creeping();
   scene.gravity = Vector3d(0, 0, -9.81);
@@ -151,7 +151,7 @@ TEST(Accuracy, IsMetOnAStiffSceneWhereAStopIsHit) {
     }
 }
 
-TEST(Stiffness, IsNotedInARunByAnExplicitMethodAndOnlyThere) {
+TEST(Stiffness, IsNotedOnlyForExplicitMethods) {
   for (const char* method : {"dopri5", "dop853"}) {
     const Certificate stiff = run(creeping(), settings(method, 0.01, 1e-6, 1e-6)).certificate;
     EXPECT_GT(stiff.stiff_from, 0) << method;
@@ -165,7 +165,7 @@ TEST(Stiffness, IsNotedInARunByAnExplicitMethodAndOnlyThere) {
   }
 }
 
-TEST(Stiffness, IsMasteredBySundials) {
+TEST(Stiffness, IsIntegratedBySundials) {
   for (const char* method : {"cvode", "arkode"}) {
     for (double tolerance : {1e-6, 1e-9}) {
       const Trajectory crept = run(creeping(), settings(method, 20, 0.01, tolerance));
@@ -177,14 +177,14 @@ TEST(Stiffness, IsMasteredBySundials) {
   }
 }
 
-TEST(Sundials, FollowsOrientationThroughManyTurns) {
+TEST(Sundials, FollowsOrientationOverManyTurns) {
   const Scene top = heavy_top();  // its chart is centred anew some three hundred times in 2 s
   SimulationSettings how = settings("cvode", 0.5, 0.001, 1e-9);
   const Eigen::VectorXd reference = last(run(top, settings("dop853", 0.5, 0.001, 1e-12)).q);
   EXPECT_LT((last(run(top, how).q) - reference).norm(), 1e-5);
 }
 
-TEST(Sundials, RowsAndEventsAreThoseOfExplicitMethods) {
+TEST(Sundials, GivesTheRowsAndEventsOfExplicitMethods) {
   Scene scene = roundabout();
   scene.solids[1].switches[1].ranges = {Range{-0.5, 0.5}};
   SimulationSettings how = settings("dop853", 2, 0.001, 1e-12);
@@ -201,7 +201,7 @@ TEST(Sundials, RowsAndEventsAreThoseOfExplicitMethods) {
   }
 }
 
-TEST(Sundials, HistoryAndProjectionDoNotGoTogether) {
+TEST(Sundials, MultistepMethodRefusesProjection) {
   Scene point;
   point.solids = {solid("point", "world",
                         {slide("x", Vector3d::UnitX(), -1), slide("z", Vector3d::UnitZ(), 0)},
@@ -231,7 +231,7 @@ Scene creeping_on_a_circle() {
 
 // About an unstable position runs too coarse for what moves there agree with each other, not with the truth:
 // a bob upside down, a little off, by itself and with a light tip on a spring, which makes the scene stiff.
-TEST(Accuracy, IsMetOrRefusedAboutUnstablePositions) {
+TEST(Accuracy, IsMetOrRefusedNearUnstablePositions) {
   int shown = 0;
   const auto judge = [&](const Scene& scene, double end, double accuracy, bool verify,
                          const std::vector<Eigen::VectorXd>& truth) {
@@ -276,7 +276,7 @@ TEST(Accuracy, IsMetOrRefusedAboutUnstablePositions) {
 
 // A rest that all its neighbours leave beyond bounds (x0 cosh 10 t): the run that begins a little off ends,
 // at loose accuracies at any tolerance, and tells nothing of the one that was asked for.
-TEST(Accuracy, IsMetWhereNeighboursOfTheStartGrowBeyondBounds) {
+TEST(Accuracy, IsMetWhenDisturbedStartsDiverge) {
   for (const double start : {0., 1e-12})
     for (const double accuracy : {1e-1, 1e-2, 1e-4, 1e-6, 1e-9}) {
       SCOPED_TRACE(fmt::format("from {} m to {}", start, accuracy));
@@ -301,7 +301,7 @@ TEST(Accuracy, IsMetWhereNeighboursOfTheStartGrowBeyondBounds) {
 
 // An arm that stands on its spring and falls when it has been driven long enough: what a run begins with has
 // died away by then. Against the classical Runge-Kutta method on the equation of its angle.
-TEST(Accuracy, IsMetWhereAMotionGrowsUnstableLate) {
+TEST(Accuracy, IsMetWhenAMotionBecomesUnstableLate) {
   const double tilt = 1e-4, stiffness = 9.81, damping = 2, length = 0.2, rate = 0.4;
   Scene scene;
   scene.solids = {solid(
@@ -338,7 +338,7 @@ TEST(Accuracy, IsMetWhereAMotionGrowsUnstableLate) {
 
 // Swings of a few centimetres are small beside a loose tolerance: stability bounds the steps then, though
 // nothing is stiff, and an implicit method would let them die. Cost beside the method taken by name.
-TEST(Accuracy, OfSmallSwingsIsNoImplicitMethodsToFind) {
+TEST(Accuracy, KeepsExplicitMethodForSmallUndampedSwings) {
   Scene scene;
   scene.solids = {
       solid("bead", "world", {slide("x", Vector3d::UnitX(), 0.03)}, {inertial(1, {0, 0, 0}, {0, 0, 0})})};
@@ -357,7 +357,7 @@ TEST(Accuracy, OfSmallSwingsIsNoImplicitMethodsToFind) {
 
 // A pendulum that creeps from upright through honey turns over so little energy that a loose run's error is a
 // part of it: another run is made, and not the accuracy refused.
-TEST(Accuracy, IsNotRefusedOverEnergyThatAFinerRunHolds) {
+TEST(Accuracy, IsNotRefusedWhenAFinerRunKeepsTheEnergy) {
   Scene scene;
   scene.solids = {solid("bob", "world", {hinge("a", Vector3d::UnitY(), 3.14159)},
                         {inertial(1, {0, 0, -0.5}, {0.08, 0.08, 0.01})})};
@@ -373,7 +373,7 @@ TEST(Accuracy, IsNotRefusedOverEnergyThatAFinerRunHolds) {
 
 // A bead driven to and fro between two hollows 12 mm apart: chaotic, though no two runs are ever as far apart
 // as lengths count where a scene has none of its own (1 m).
-TEST(Accuracy, IsMetOrRefusedWhereLittleMovesChaotically) {
+TEST(Accuracy, IsMetOrRefusedInChaosOfSmallAmplitude) {
   Scene scene;
   scene.solids = {
       solid("bead", "world", {slide("x", Vector3d::UnitX(), 1e-3)}, {inertial(1, {0, 0, 0}, {0, 0, 0})})};
@@ -415,7 +415,7 @@ TEST(Accuracy, IsMetOnAStiffSceneWithProjectedConstraints) {
   EXPECT_LT(crept.certificate.steps_accepted, 5000);  // explicit ones would be 1e8
 }
 
-TEST(Accuracy, ThatCannotBeShownIsSaid) {
+TEST(Accuracy, IsDistrustedIfItCannotBeShown) {
   // seven hinged links are chaotic: over 20 s rounding grows some 1e8-fold
   for (const bool verify : {false, true}) {
     const Certificate lost = run(chain(7, true, 1.5), to_accuracy(20, 1e-9, verify)).certificate;
@@ -424,7 +424,7 @@ TEST(Accuracy, ThatCannotBeShownIsSaid) {
   }
 }
 
-TEST(Accuracy, EnergyIsAskedForNoMoreThanIt) {
+TEST(Accuracy, EnergyThresholdIsNoStricterThanAccuracy) {
   SimulationSettings how = to_accuracy(2, 1e-8);
   const Certificate own = run(chain(5, true, 1.5), how).certificate;
   EXPECT_TRUE(own.trusted) << own.reason;
@@ -439,7 +439,7 @@ TEST(Accuracy, EnergyIsAskedForNoMoreThanIt) {
   EXPECT_LT(strict.energy_drift, 1e-12 * strict.energy_turnover);  // (but for rounding)
 }
 
-TEST(Accuracy, OutOfReachIsRefused) {
+TEST(Accuracy, OutOfRangeIsRefused) {
   const System system = compiled(roundabout());
   for (double accuracy : {-1e-6, 1e-13, 0.5}) {
     const auto out = simulate(system, system.initial, to_accuracy(1, accuracy));
@@ -449,7 +449,7 @@ TEST(Accuracy, OutOfReachIsRefused) {
 }
 
 // Evaluations are counted over all runs: what suffices for them is enough, one less is not.
-TEST(Accuracy, TakesNoMoreEvaluationsThanItMay) {
+TEST(Accuracy, StopsAtTheLimitOfEvaluations) {
   const System system = compile(heavy_top()).value();
   const SimulationSettings how = to_accuracy(1, 1e-6);
   const auto free = simulate(system, system.initial, how);

@@ -9,7 +9,7 @@ namespace {
 
 const char* const methods[] = {"rk4_adaptive", "dopri5", "dop853", "gbs", "gbs4", "gbs6", "gbs8", "gauss16"};
 
-TEST(AdaptiveMethods, SeeAForceThatLeapsAnywhereInAStep) {
+TEST(AdaptiveMethods, ResolveAForceJumpAnywhereInAStep) {
   // x'' = 1, from the leap on 1000; the steps are as long as may be, so that leaps fall everywhere in them
   for (const char* name : methods)
     for (const double tolerance : {1e-6, 1e-10})
@@ -28,7 +28,7 @@ TEST(AdaptiveMethods, SeeAForceThatLeapsAnywhereInAStep) {
       }
 }
 
-TEST(AdaptiveMethods, ShortenTheStepWhereTheFunctionEnds) {
+TEST(AdaptiveMethods, ShortenTheStepWhenTheFunctionFails) {
   for (const char* name : methods) {
     FunctionFlow flow(
         1, [](double, const Eigen::VectorXd&, Eigen::VectorXd& dy) { dy[0] = 1; }, 0.4);
@@ -44,7 +44,7 @@ TEST(AdaptiveMethods, ShortenTheStepWhereTheFunctionEnds) {
 
 // Of the components that a step moves one is not a number in its middle, and does not act on the others:
 // their errors are not to stand for its.
-TEST(AdaptiveMethods, TakeNoStepWhoseErrorIsNoNumber) {
+TEST(AdaptiveMethods, RejectStepsWhoseErrorIsNotANumber) {
   for (const char* name : methods)
     for (const int bad : {0, 1}) {
       FunctionFlow flow(2, [&](double t, const Eigen::VectorXd& y, Eigen::VectorXd& dy) {

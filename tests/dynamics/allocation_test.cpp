@@ -92,7 +92,7 @@ long allocations_in(const System& system, const std::string& method, int steps) 
   return std::exchange(allocations, 0);
 }
 
-TEST(Allocations, NoneWhileSteppingByAnyMethod) {
+TEST(Allocations, NoMethodAllocatesWhileStepping) {
   // a ball joint, a hinge and a rod that closes the loop; and a ball that rests on a floor
   Scene scene;
   scene.solids = {solid("upper", "world", {ball("shoulder")}, {inertial(2, {0.3, 0, 0}, {0.01, 0.1, 0.1})}),

@@ -29,7 +29,7 @@ Scene without(Scene scene) {
   return scene;
 }
 
-TEST(Armature, APendulumByHand) {
+TEST(Armature, PendulumMatchesHandCalculation) {
   // a point of 2 kg on 1 m, with a rotor of 3 kg m^2: (2 + 3) a = -2 g sin(q)
   Scene scene;
   scene.solids = {
@@ -46,7 +46,7 @@ TEST(Armature, APendulumByHand) {
   }
 }
 
-TEST(Armature, AddsToTheDiagonalOfAAlone) {
+TEST(Armature, ChangesOnlyTheDiagonalOfTheMassMatrix) {
   for (unsigned seed = 0; seed < 5; ++seed) {
     const Scene scene = rotors(seed);
     const System system = compiled(scene), bare = compiled(without(scene));
@@ -84,7 +84,7 @@ TEST(Armature, BothSetsOfEquationsAgree) {
   }
 }
 
-TEST(Armature, InverseDynamicsAsksForIt) {
+TEST(Armature, InverseDynamicsIncludesIt) {
   for (unsigned seed = 0; seed < 3; ++seed) {
     const System system = compiled(rotors(seed));
     Random random(seed);
@@ -102,7 +102,7 @@ TEST(Armature, InverseDynamicsAsksForIt) {
   }
 }
 
-TEST(Armature, ADriveMustTurnTheRotorToo) {
+TEST(Armature, DriveEffortIncludesTheRotor) {
   // q = t^2: 2 rad/s^2 on a point of 2 kg at 1 m and a rotor of 3 kg m^2 take 10 N m
   Scene scene;
   scene.gravity.setZero();
@@ -116,7 +116,7 @@ TEST(Armature, ADriveMustTurnTheRotorToo) {
   }
 }
 
-TEST(Armature, EnergyBalancesAndMomentumStays) {
+TEST(Armature, KeepsEnergyBalanceAndMomentum) {
   // two free solids on a geared hinge: inner rotors change no momentum of the whole
   Scene scene;
   const Inertial body = inertial(1, {0.1, 0.2, 0}, {0.1, 0.2, 0.25});
@@ -137,7 +137,7 @@ TEST(Armature, EnergyBalancesAndMomentumStays) {
   EXPECT_EQ(conserved(outer), 0u);
 }
 
-TEST(Armature, ARotorAloneMayMove) {
+TEST(Armature, MasslessSolidWithArmatureMoves) {
   Scene scene;
   scene.solids = {solid("r", "world", {hinge("q", Vector3d::UnitY())}, {})};
   EXPECT_FALSE(compile(scene));  // moves no mass
@@ -150,7 +150,7 @@ TEST(Armature, ARotorAloneMayMove) {
   }
 }
 
-TEST(Armature, StandsInSceneFiles) {
+TEST(Armature, RoundTripsThroughSceneFiles) {
   const std::string text = need(write_scene(rotors(3)));
   EXPECT_NE(text.find("armature"), std::string::npos);
   const Scene back = need(parse_scene(text, "s.toml"));

@@ -21,7 +21,7 @@ Scene four_bar() {
   return scene;
 }
 
-TEST(Assembly, PutsAnInconsistentStartOnItsConstraints) {
+TEST(Assembly, MovesAnInconsistentStartOntoItsConstraints) {
   const System system = compiled(four_bar());
   State state = system.initial;
   const Assembly assembly = need(assemble(system, state));
@@ -44,7 +44,7 @@ TEST(Assembly, LeavesAConsistentStateAlone) {
   EXPECT_LT((state.v - before.v).norm(), 1e-13);
 }
 
-TEST(Assembly, TurnsBallsToo) {
+TEST(Assembly, CorrectsBallOrientations) {
   Scene scene;
   scene.solids = {solid("s", "world", {ball("turn")}, {link()})};
   scene.constraints = {{"pin", PointOnPoint{{"s", {0, 0, -1}}, {"world", Vector3d(1, 2, 2) / 3}}}};
@@ -55,7 +55,7 @@ TEST(Assembly, TurnsBallsToo) {
   EXPECT_LT((rotation_matrix(state.q) * Vector3d(0, 0, -1) - Vector3d(1, 2, 2) / 3).norm(), 1e-9);
 }
 
-TEST(Assembly, RowsThatDependOnOthersAreNamedAndSurvived) {
+TEST(Assembly, NamesRedundantRowsAndContinues) {
   Scene scene = four_bar();
   scene.constraints.push_back(
       {"again", PointOnPlane{{"coupler", {0, 0, -2}}, {{"rocker", {0, 0, -1.5}}, {1, 0, 0}}, constant(0)}});
@@ -79,21 +79,21 @@ void expect_failure(const Scene& scene, const std::string& where, const std::str
   EXPECT_NE(assembly.error().what.find(what), std::string::npos) << assembly.error().what;
 }
 
-TEST(Assembly, RowsThatContradictOthersAreNamed) {
+TEST(Assembly, NamesContradictoryRows) {
   Scene scene = chain(2, false, 0.4);
   scene.constraints = {{"near", Distance{{"l1", {0, 0, -1}}, {"world", {0, 0, 0}}, constant(1.2)}},
                        {"far", Distance{{"l1", {0, 0, -1}}, {"world", {0, 0, 0}}, constant(1.4)}}};
   expect_failure(scene, "constraint 'far'", "it contradicts 'near'");
 }
 
-TEST(Assembly, RatesThatContradictOthersAreNamed) {
+TEST(Assembly, NamesContradictoryRates) {
   Scene scene = chain(2, false, 0.4);  // equal at the start, but one grows
   scene.constraints = {{"still", Distance{{"l1", {0, 0, -1}}, {"world", {0, 0, 0}}, constant(1.2)}},
                        {"grows", Distance{{"l1", {0, 0, -1}}, {"world", {0, 0, 0}}, linear(1.2, 0.5)}}};
   expect_failure(scene, "constraint 'grows'", "rate cannot be zero at the start");
 }
 
-TEST(Assembly, WhatIsOutOfReachIsNamed) {
+TEST(Assembly, NamesConstraintsOutOfReach) {
   Scene scene = chain(2, false, 0.4);
   scene.constraints = {
       {"star", PointOnPlane{{"l1", {0, 0, -1}}, {{"world", {0, 0, 5}}, {0, 0, 1}}, constant(0)}}};
@@ -103,7 +103,7 @@ TEST(Assembly, WhatIsOutOfReachIsNamed) {
   expect_failure(scene, "constraint 'aside'", "no free coordinate moves it");
 }
 
-TEST(Projection, PutsAStateBackByTheLeastMove) {
+TEST(Projection, AppliesTheLeastCorrection) {
   const System system = compiled(four_bar());
   State state = system.initial;
   need(assemble(system, state));
@@ -126,7 +126,7 @@ TEST(Projection, PutsAStateBackByTheLeastMove) {
             1e-3 * mode.norm() * (A * move).norm());  // up to the curvature over 1e-4
 }
 
-TEST(Assembly, AllConstraintsOfAContradictionAreNamed) {
+TEST(Assembly, NamesAllConstraintsOfAContradiction) {
   // a four-bar has one freedom: crank and rocker cannot both be held where one pleases
   Scene scene = four_bar();
   scene.constraints.push_back({"hold crank", CoordinateCoupling{{{"a"}}, {1}, constant(2.0)}});

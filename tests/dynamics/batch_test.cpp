@@ -28,7 +28,7 @@ class LanesTest : public ::testing::Test {};
 using AllLanes = ::testing::Types<LanesOf<8, 8>, LanesOf<8, 4>, LanesOf<8, 2>, LanesOf<4, 4>, LanesOf<4, 2>>;
 TYPED_TEST_SUITE(LanesTest, AllLanes);
 
-TYPED_TEST(LanesTest, FunctionsAreThoseOfEachNumber) {
+TYPED_TEST(LanesTest, FunctionsEqualScalarFunctions) {
   using L = TypeParam;
   Random random(1);
   for (int i = 0; i < 2000; ++i) {
@@ -57,7 +57,7 @@ TYPED_TEST(LanesTest, FunctionsAreThoseOfEachNumber) {
   EXPECT_EQ(sin(odd)[0], std::sin(0.5));
 }
 
-TYPED_TEST(LanesTest, MasksHoldInAllOrInAny) {
+TYPED_TEST(LanesTest, MasksReduceOverAllOrAnyLanes) {
   using L = TypeParam;
   for (int hit = -1; hit < L::count; ++hit) {
     L x(1);
@@ -150,7 +150,7 @@ double rounding(const System& system, unsigned seed) {
 class BatchInRegisters : public EachWidth {};
 INSTANTIATE_TEST_SUITE_P(OfEachWidth, BatchInRegisters, ::testing::ValuesIn(all_widths()));
 
-TEST_P(BatchInRegisters, LanesAreSingleStatesOfRegularScenes) {
+TEST_P(BatchInRegisters, LanesEqualSingleStatesOnRegularScenes) {
   compare(compiled(chain(7, true)), 1, 1e-12, "chain");
   compare(compiled(bars(9)), 2, 1e-12, "bars");
   compare(compiled(roundabout()), 3, 1e-12, "roundabout");
@@ -164,7 +164,7 @@ TEST_P(BatchInRegisters, LanesAreSingleStatesOfRegularScenes) {
   }
 }
 
-TEST_P(BatchInRegisters, LanesAreSingleStatesOfRandomScenes) {
+TEST_P(BatchInRegisters, LanesEqualSingleStatesOnRandomScenes) {
   int compared = 0;
   for (unsigned seed = 0; seed < 40; ++seed) {
     const auto system = compile(RandomScene(seed, 10, false).scene);
@@ -217,7 +217,7 @@ struct OwnInertials {
   Eigen::VectorX<Lanes> given;
 };
 
-TEST_P(BatchInRegisters, LanesMayHaveTheirOwnInertials) {
+TEST_P(BatchInRegisters, LanesUseTheirOwnInertials) {
   const System system = compiled(random_tree(3, {.balls = true}));
   OwnInertials own(system, 5);
   for (const bool acted : {true, false}) {
@@ -244,7 +244,7 @@ Scene bars_and_chain() {
 }
 
 // Bars by themselves take a pendulum's equation where accelerations alone are wanted.
-TEST_P(BatchInRegisters, BarsThatSwingAloneAreSingleStatesWithTheirOwnInertials) {
+TEST_P(BatchInRegisters, IndependentBarsWithOwnInertialsEqualSingleStates) {
   const System system = compiled(bars_and_chain());
   compare(system, 20, 1e-12, "bars and a chain");
   OwnInertials own(system, 30);
@@ -287,7 +287,7 @@ Scene pendants() {
   return scene;
 }
 
-TEST_P(BatchInRegisters, PendantsAreSingleStatesWithTheirOwnInertials) {
+TEST_P(BatchInRegisters, PendantsWithOwnInertialsEqualSingleStates) {
   const System system = compiled(pendants());
   compare(system, 40, rounding(system, 40) + 1e-12, "pendants");
   Scene pulled = pendants();
@@ -311,7 +311,7 @@ TEST_P(BatchInRegisters, PendantsAreSingleStatesWithTheirOwnInertials) {
 
 // What rounding may have made is left to what decides of one state: a needle's inertia about its own axis,
 // and none at all.
-TEST_P(BatchInRegisters, ABarThatHardlyResistsIsLeftToSingleStates) {
+TEST_P(BatchInRegisters, NearlySingularInertiaFallsBackToSingleStates) {
   const System system = compiled(bars(3));
   const Eigen::VectorX<Lanes> given = Eigen::VectorX<Lanes>::Constant(3, Lanes(1e-3));
   const Eigen::VectorXd applied = lane_of(given, 0);
@@ -341,7 +341,7 @@ TEST_P(BatchInRegisters, ABarThatHardlyResistsIsLeftToSingleStates) {
   }
 }
 
-TEST(Batch, NamesTheLaneThatCannotBeSolved) {
+TEST(Batch, NamesASingularLane) {
   const System system = compiled(aligning_turns());
   BatchState batch(system);
   BatchWorkspace w(system);
@@ -367,7 +367,7 @@ struct Nothing {
   void apply(EffortPass<T>&) const {}
 };
 
-TEST(Batch, RefusesWhatIsNotSmooth) {
+TEST(Batch, RefusesScenesThatAreNotSmooth) {
   Scene scene = chain(3, false);
   scene.constraints = {{"tie", CoordinateCoupling{{{"h0"}, {"h1"}}, {1, -1}, constant(0)}}};
   const auto refused = check_batch(compiled(scene));

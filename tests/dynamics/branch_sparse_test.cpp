@@ -62,13 +62,13 @@ TEST(BranchSparse, FactorsLongBranches) {
   EXPECT_LT((A * x - b).norm(), 1e-14 * system.nv * A.norm() * x.norm());
 }
 
-TEST(BranchSparse, FillsInNothingBetweenIndependentSolids) {
+TEST(BranchSparse, HasNoFillInBetweenIndependentSolids) {
   const System system = compiled(bars(4));
   EXPECT_EQ(system.branches().first_ancestor.size(), 5u);  // nv + 1
   EXPECT_TRUE(system.branches().ancestors.empty());
 }
 
-TEST(BranchSparse, NamesTheCoordinateThatMeetsNoInertia) {
+TEST(BranchSparse, NamesACoordinateWithoutInertia) {
   const System system = compiled(chain(3, false));
   Rows A = need(evaluate(system, system.initial)).mass_matrix;
   Rows F = Rows::Zero(3, 3);

@@ -32,7 +32,7 @@ TEST(Certificate, DriftOfAConstraintIsNamed) {
   EXPECT_GT(certificate.reason_time, 50);
 }
 
-TEST(Certificate, TheResidualOfAccelerationsIsWhatBaumgarteRestores) {
+TEST(Certificate, AccelerationResidualIsBaumgartesCorrection) {
   // a single row with beta alone: |L a + E| = beta^2 |h| at every state, so their largest values belong
   // together
   SimulationSettings how = settings("rk4", 10, 0.01);
@@ -47,7 +47,7 @@ TEST(Certificate, TheResidualOfAccelerationsIsWhatBaumgarteRestores) {
   EXPECT_LT(run(swinging_rod(), how).certificate.residuals[0].acceleration, 1e-12);
 }
 
-TEST(Certificate, WhatProjectionsMovedIsCountedApart) {
+TEST(Certificate, CountsTheWorkOfProjectionsSeparately) {
   // with steps too long, projection keeps the point on its circle, but pays in energy
   const Certificate certificate = run(swinging_rod(), settings("rk2", 10, 0.02)).certificate;
   EXPECT_FALSE(certificate.trusted);
@@ -56,7 +56,7 @@ TEST(Certificate, WhatProjectionsMovedIsCountedApart) {
   EXPECT_LT(certificate.residuals[0].position, 1e-12);
 }
 
-TEST(Certificate, ItsThresholdIsTheUsersToSet) {
+TEST(Certificate, UserSetsTheEnergyThreshold) {
   SimulationSettings how = settings("euler", 0.5, 0.01);
   EXPECT_FALSE(run(roundabout(), how).certificate.trusted);
   how.energy_threshold = 0.5;
@@ -76,7 +76,7 @@ TEST(Certificate, ThresholdFollowsTheToleranceOfAnAdaptiveMethod) {
                    1e-9);
 }
 
-TEST(Certificate, DriftOfAMomentumIsTheLargestSeen) {
+TEST(Certificate, MomentumDriftIsTheLargestSeen) {
   Scene scene;
   scene.gravity.setZero();
   const Vector3d moments(1, 1.2, 1.5);
@@ -99,14 +99,14 @@ TEST(Certificate, DriftOfAMomentumIsTheLargestSeen) {
   EXPECT_FALSE(path.certificate.trusted);
 }
 
-TEST(Certificate, EnergyTurnedOverIsWhatPassedBetweenItsForms) {
+TEST(Certificate, EnergyTurnoverCountsEnergyThatChangedForm) {
   // a bar let go level falls half a metre of its centre: 4.9 J from potential to kinetic
   Scene scene = chain(1, false, M_PI / 2);
   const Certificate certificate = run(scene, settings("rk4", 2, 0.01)).certificate;
   EXPECT_NEAR(certificate.energy_turnover, 9.81 * 0.5, 1e-3);
 }
 
-TEST(Certificate, RoundingIsNoReasonForDistrust) {
+TEST(Certificate, RoundingCausesNoDistrust) {
   Random random(4);
   Scene falls;  // without turning: its spin is all rounding
   falls.solids = {solid("stone", "world", free_switches("stone"), {random.inertia().inertial()})};
@@ -253,7 +253,7 @@ Scene shaken(double F, double w) {
   return scene;
 }
 
-TEST(Certificate, AMomentumLostInAnImpactIsDistrusted) {
+TEST(Certificate, DistrustsMomentumLostInAnImpact) {
   // two balls that meet in free flight: what they do to each other leaves their momentum
   Scene scene;
   scene.gravity.setZero();
@@ -302,7 +302,7 @@ TEST(Certificate, AMomentumLostInAnImpactIsDistrusted) {
   }
 }
 
-TEST(Certificate, OfRowsThatContradictEachOtherBothAreNamed) {
+TEST(Certificate, NamesBothContradictoryRows) {
   // one coordinate held to 0.1 t and to 0.1 t + t^3: they agree at the start
   Scene scene;
   scene.solids = {
@@ -340,7 +340,7 @@ TEST(Certificate, OfRowsThatContradictEachOtherBothAreNamed) {
     EXPECT_NE(said.find(part), std::string::npos) << part << ": " << said;
 }
 
-TEST(Certificate, EveryReasonTellsWhenAndOfWhat) {
+TEST(Certificate, EveryReasonNamesTimeAndSource) {
   SimulationSettings loose = settings("rk4", 100, 0.01);
   loose.constraints = ConstraintTreatment::baumgarte;
   loose.baumgarte_alpha = loose.baumgarte_beta = 0;
@@ -367,7 +367,7 @@ TEST(Certificate, EveryReasonTellsWhenAndOfWhat) {
 
 // ---- steps longer than what the scene prescribes in time ----
 
-TEST(Certificate, AFixedStepThatStepsOverASineIsDistrusted) {
+TEST(Certificate, DistrustsFixedStepsLongerThanASinesPeriod) {
   const double w = 200 * M_PI;  // one step is one period: the method sees a steady force
   const Trajectory over = run(shaken(1, w), settings("rk4", 1, 0.01));
   EXPECT_GT(std::abs(last(over.q)[0]), 0.1);  // wrong: the mass stays within 2 / w^2, some micrometres
@@ -381,7 +381,7 @@ TEST(Certificate, AFixedStepThatStepsOverASineIsDistrusted) {
 
 // A force that vanishes wherever one step of 128 s looks: the whole, the halves, the quarters and the places
 // of the Dormand-Prince pair.
-TEST(Certificate, AStepDoesNotPassOverAPolynomialsOrATablesWaves) {
+TEST(Certificate, StepsResolvePolynomialAndTableWaves) {
   std::vector<double> product{1};
   for (const double zero : {0., 0.125, 0.2, 0.25, 0.3, 0.375, 0.5, 0.625, 0.75, 0.8, 0.875, 8. / 9, 1.}) {
     std::vector<double> next(product.size() + 1, 0);  // in parts of 128 s
@@ -417,7 +417,7 @@ TEST(Certificate, AStepDoesNotPassOverAPolynomialsOrATablesWaves) {
   }
 }
 
-TEST(Certificate, AnAdaptiveStepIsHeldToAPartOfASinesPeriod) {
+TEST(Certificate, LimitsAdaptiveStepsToAnEighthOfASinesPeriod) {
   const double F = 1e4, w = 800 * M_PI, t = 1.00125;  // 0.01 s and its halves and quarters are whole periods
   const Trajectory path = run(shaken(F, w), settings("rk4_adaptive", t, 0.01));
   // x stays within 3 mm, 4 m/s; a tolerance of 1e-6 a step, whose errors wander through 400 periods
@@ -428,7 +428,7 @@ TEST(Certificate, AnAdaptiveStepIsHeldToAPartOfASinesPeriod) {
   EXPECT_NE(path.certificate.notes[0].find("an eighth of the period of effort 'shaker'"), std::string::npos);
 }
 
-TEST(Certificate, SinesOfDrivesAndConstraintsCountToo) {
+TEST(Certificate, SinesOfDrivesAndConstraintsLimitStepsToo) {
   Scene drive = shaken(0, 1);
   drive.efforts.clear();
   drive.solids[0].switches.insert(drive.solids[0].switches.begin(),
@@ -446,7 +446,7 @@ TEST(Certificate, SinesOfDrivesAndConstraintsCountToo) {
 
 // ---- what assembly changed ----
 
-TEST(Certificate, TellsWhatAssemblyMoved) {
+TEST(Certificate, NotesWhatAssemblyMoved) {
   Scene scene;  // a wall at x = 2 for a mass that is to start at 0 with 5 m/s
   scene.solids = {solid("a", "world", {slide("x", Vector3d::UnitX(), 0, 5), slide("z", Vector3d::UnitZ())},
                         {inertial(1, {0, 0, 0}, {0, 0, 0})})};
@@ -474,7 +474,7 @@ Scene bar_beside_weight() {
   return scene;
 }
 
-TEST(Certificate, AHeavyNeighbourDoesNotHideABarsDrift) {
+TEST(Certificate, HeavyNeighbourDoesNotHideABarsDrift) {
   const SimulationSettings how = settings("rk2", 5, 0.1);
   const Certificate alone = run(chain(1, false, 1), how).certificate;
   const Certificate beside = run(bar_beside_weight(), how).certificate;
@@ -487,7 +487,7 @@ TEST(Certificate, AHeavyNeighbourDoesNotHideABarsDrift) {
   EXPECT_EQ(beside.reason_time, alone.reason_time);
 }
 
-TEST(Certificate, WorkIsCountedToTheGroupThatItIsDoneOn) {
+TEST(Certificate, CountsWorkForTheGroupItActsOn) {
   Scene scene = bar_beside_weight();  // with a force, a damper, a drive and a moving constraint, unlike ones
   scene.solids.push_back(solid("carriage", "world", {driven(slide("ride", Vector3d::UnitX()), Sine{})}, {}));
   scene.solids.push_back(solid("bob", "carriage", {hinge("swing", Vector3d::UnitY(), 0.3)}, {link()}));
@@ -510,7 +510,7 @@ TEST(Certificate, WorkIsCountedToTheGroupThatItIsDoneOn) {
   }
 }
 
-TEST(Certificate, AFarThingLoosensNeitherResidualsNorTolerances) {
+TEST(Certificate, DistantSolidLoosensNoLimit) {
   // a solid welded to the world, and one that moves on its own, five kilometres away
   const auto with_far = [](Scene scene) {
     const Inertial block = inertial(1, {0, 0, 0}, {1, 1, 1});

@@ -53,7 +53,7 @@ SimulationSettings rows_every(SimulationSettings s, double interval) {
   return s;
 }
 
-TEST(Checkpoint, EveryMethodGoesOnExactly) {
+TEST(Checkpoint, EveryMethodResumesBitForBit) {
   Scene scene = chain(3, true, 0.5);
   scene.solids.push_back(solid("ball", "l2",
                                {fixed({0, 0, -1}), ball("turn", identity_quaternion(), {1, 2, 3})},
@@ -66,13 +66,13 @@ TEST(Checkpoint, EveryMethodGoesOnExactly) {
 }
 
 // A spring so stiff that the collocation has to go over to Newton's method, whose factors it keeps.
-TEST(Checkpoint, HoldsTheFactorsOfImplicitSteps) {
+TEST(Checkpoint, StoresTheFactorsOfImplicitSteps) {
   Scene scene = chain(2, false, 0.3);
   scene.efforts = {{"stiff", CoordinateSpring{{"h1"}, 1e6, 10, 0.3}}};
   compare(scene, rows_every(settings("gauss4", 1, 1e-2), 0.1));
 }
 
-TEST(Checkpoint, HoldsDrivesRangesAndPeriods) {
+TEST(Checkpoint, StoresDrivesRangesAndPeriods) {
   Scene scene = chain(3, false, 0.1);
   scene.name = "driven";
   scene.solids[0].switches.back() = driven(scene.solids[0].switches.back(), Sine{0.5, 6, 0, 0});
@@ -84,7 +84,7 @@ TEST(Checkpoint, HoldsDrivesRangesAndPeriods) {
 
 // A weight that leaves its stop and falls on it again: whether the stop pushes is not to be read off the
 // start.
-TEST(Checkpoint, HoldsWhichStopsPush) {
+TEST(Checkpoint, StoresActiveStops) {
   Scene scene;
   scene.name = "stop";
   scene.solids = {solid("weight", "world", {slide("z", Vector3d::UnitZ(), 0.05)}, {link()})};
@@ -96,7 +96,7 @@ TEST(Checkpoint, HoldsWhichStopsPush) {
   }
 }
 
-TEST(Checkpoint, HoldsContactsAndWhatTheyLost) {
+TEST(Checkpoint, StoresContactsAndTheirLosses) {
   for (const char* name : {"bouncing_ball.toml", "block_on_slope.toml", "cradle.toml"}) {
     Scene scene = sample(name);
     scene.simulation.end_time = std::min(scene.simulation.end_time, 2.5);
@@ -107,7 +107,7 @@ TEST(Checkpoint, HoldsContactsAndWhatTheyLost) {
 }
 
 // A small ball of 60 m/s that meets another one: steps of 10 ms would pass through it and are made in parts.
-TEST(Checkpoint, HoldsTheMidstOfAStepMadeInParts) {
+TEST(Checkpoint, StoresAPartlyFinishedStep) {
   Scene scene;
   scene.gravity.setZero();
   for (const char* name : {"fast", "still"})
@@ -145,14 +145,14 @@ TEST(Checkpoint, HoldsTheMidstOfAStepMadeInParts) {
   EXPECT_GT(inside, 1u);
 }
 
-TEST(Checkpoint, HoldsWhatIsKnownOfSingularPositions) {
+TEST(Checkpoint, StoresTheStateOfTheSingularWatch) {
   const Scene scene = sample("four_bar_2.toml");
   EXPECT_LT(compare(scene, scene.simulation).certificate.nearness, 0.3);
   EXPECT_EQ(compare(crossing(1, 0), rows_every(settings("rk4", 1, 0.0625), 0)).certificate.singular_passages,
             1);
 }
 
-TEST(Checkpoint, OfAnotherRunOrDamagedIsRefused) {
+TEST(Checkpoint, IsRefusedIfDamagedOrOfAnotherRun) {
   const System system = compiled(chain(2, false, 0.5));
   SimulationSettings how = settings("dopri5", 1, 1e-2);
   Observer observer;
@@ -192,7 +192,7 @@ TEST(Checkpoint, OfAnotherRunOrDamagedIsRefused) {
 }
 
 // Asked for by and by, without a stop: nothing of the run changes.
-TEST(Checkpoint, KeptWhileItRunsLeavesNoTrace) {
+TEST(Checkpoint, WritingItChangesNoResult) {
   const System system = compiled(chain(3, true, 0.5));
   const SimulationSettings how = rows_every(settings("dop853", 1, 1e-2, 1e-9), 0.1);
   const Trajectory whole = need(simulate(system, system.initial, how));

@@ -40,7 +40,7 @@ INSTANTIATE_TEST_SUITE_P(OfEachWidth, CollocationInRegisters, ::testing::ValuesI
 
 // Of linear equations Gauss' collocation makes the diagonal Pade approximant to the exponential function
 // (Hairer, Wanner, Solving ODEs II, section IV.5): its phase is 5e-11 off after a step of 3.1.
-TEST_P(CollocationInRegisters, MakesThePadeApproximant) {
+TEST_P(CollocationInRegisters, EqualsThePadeApproximant) {
   const std::complex<double> z(0, 3.1);
   std::complex<double> up = 0, power = 1;
   double factor = 1;
@@ -74,7 +74,7 @@ TEST_P(CollocationInRegisters, MeetsItsTolerance) {
 
 // Slopes of motions are asked for four at a time; to a tight tolerance fewer than dop853 asks for, one by one
 // (to a loose one up to twice as many).
-TEST_P(CollocationInRegisters, MakesMotionsOfFewEvaluations) {
+TEST_P(CollocationInRegisters, IntegratesMotionsWithFewEvaluations) {
   const Scene scene = chain(3, false, 0.5);
   const auto by = [&](const char* method, double tolerance) {
     SimulationSettings how = settings(method, 5, 1e-3, tolerance);
@@ -91,7 +91,7 @@ TEST_P(CollocationInRegisters, MakesMotionsOfFewEvaluations) {
   }
 }
 
-TEST(Collocation, StepsGoByTheirOrder) {
+TEST(Collocation, StepSizeFollowsTheOrder) {
   const auto steps_to = [&](double tolerance) {
     FunctionFlow flow = bernoulli();
     Collocation method(tolerance);
@@ -102,7 +102,7 @@ TEST(Collocation, StepsGoByTheirOrder) {
 }
 
 // What is large and smooth is not to hide what is small and fast: here its integral is the error function.
-TEST(Collocation, SeesWhatIsSmallBesideWhatIsLarge) {
+TEST(Collocation, ResolvesSmallComponentsBesideLargeOnes) {
   for (const double width : {0.1, 0.3, 1.})
     for (const double tolerance : {1e-6, 1e-8, 1e-10, 1e-12})
       for (const double size : {1e-1, 1e-3, 1e-5}) {
@@ -117,7 +117,7 @@ TEST(Collocation, SeesWhatIsSmallBesideWhatIsLarge) {
       }
 }
 
-TEST(Collocation, WorkThatIsNoNumberShortensTheStep) {
+TEST(Collocation, WorkThatIsNotANumberShortensTheStep) {
   // beside position and velocity a third component, which does not act on them
   struct Working : FunctionFlow {
     Working()
@@ -138,7 +138,7 @@ TEST(Collocation, WorkThatIsNoNumberShortensTheStep) {
 
 // Side by side no node waits for another in the first round either: the rounds then begin, and end,
 // elsewhere.
-TEST_P(CollocationInRegisters, NodesSideBySideLeadWhereThoseOneByOneDo) {
+TEST_P(CollocationInRegisters, ParallelNodesConvergeToTheSequentialResult) {
   const auto run = [](SpringsInLanes& flow, double tolerance) {
     Collocation method(tolerance);
     Eigen::VectorXd y(4);
@@ -160,7 +160,7 @@ TEST_P(CollocationInRegisters, NodesSideBySideLeadWhereThoseOneByOneDo) {
   EXPECT_LT(flow.calls, flow.evaluations / 8);
 }
 
-TEST(Collocation, StiffnessShortensStepsAndSpoilsNothing) {
+TEST(Collocation, StiffnessShortensStepsButKeepsAccuracy) {
   // the rounds settle while steps are shorter than some thousandths
   FunctionFlow flow(1, [](double t, const Eigen::VectorXd& y, Eigen::VectorXd& dy) {
     dy[0] = -1000 * (y[0] - std::cos(t)) - std::sin(t);
@@ -173,7 +173,7 @@ TEST(Collocation, StiffnessShortensStepsAndSpoilsNothing) {
   EXPECT_LT(steps, 5000);
 }
 
-TEST(Collocation, ShortenedItLeavesNoTrace) {
+TEST(Collocation, RejectedAttemptsLeaveNoTrace) {
   FunctionFlow flow = bernoulli();
   Eigen::VectorXd y = Eigen::VectorXd::Constant(1, 0.5), dy(1), out(1), part(1), after[2];
   for (const bool looked : {false, true}) {

@@ -9,7 +9,7 @@
 namespace borelli::test {
 namespace {
 
-TEST(Compile, SupportsHoldTheCoordinatesOnTheWayToASolid) {
+TEST(Compile, SupportListsTheCoordinatesBetweenSolidAndWorld) {
   const System system = compiled(roundabout());
   ASSERT_EQ(system.bodies.size(), 4u);  // the world and three
   const auto support = [&](int b) {
@@ -56,7 +56,7 @@ TEST(Compile, WeldedSolidsMergeAndKeepNamesAndPoses) {
             1e-14);
 }
 
-TEST(Compile, LockedCoordinatesAreFoldedAway) {
+TEST(Compile, FoldsAwayLockedCoordinates) {
   Scene scene = chain(3, true, 0.3);
   scene.solids[1].switches[1].motion = Locked{};
   const System locked = compiled(scene);
@@ -82,7 +82,7 @@ TEST(Compile, ALockedCoordinateKeepsItsValueInConstraintsAndSprings) {
   EXPECT_NEAR(last(need(std::move(trajectory)).q)[0], 1 - 2 * 0.3, 1e-12);
 }
 
-TEST(Compile, CoordinatesAreNamedAfterTheirSolidWhereNotNamed) {
+TEST(Compile, UnnamedCoordinatesGetTheirSolidsName) {
   Scene scene = bars(1);
   scene.solids[0].switches[1].coordinate.clear();
   EXPECT_EQ(compiled(scene).coordinates[0].name, "b0");
@@ -90,7 +90,7 @@ TEST(Compile, CoordinatesAreNamedAfterTheirSolidWhereNotNamed) {
   EXPECT_EQ(compiled(scene).coordinates[1].name, "b0.2");
 }
 
-TEST(Compile, LengthIsTheScenesSize) { EXPECT_NEAR(compiled(bars(5)).length, 8, 1e-12); }
+TEST(Compile, SystemLengthIsTheScenesSize) { EXPECT_NEAR(compiled(bars(5)).length, 8, 1e-12); }
 
 // ---- refusals ----
 
@@ -161,7 +161,7 @@ TEST(CompileRefuses, CoordinatesWithBadNumbers) {
   expect_refused(scene, "solid 'l1', coordinate 'h0'", "names must differ");
 }
 
-TEST(CompileRefuses, EffortsAndConstraintsOnWhatIsNotThere) {
+TEST(CompileRefuses, EffortsAndConstraintsOnMissingObjects) {
   Scene scene = chain(1, false);
   scene.efforts = {{"pull", Force{{"l9", {0, 0, 0}}, {1, 0, 0}, Axes::world, constant(1), {}}}};
   expect_refused(scene, "effort 'pull'", "its 'at' is on solid 'l9', which is not in the scene");
@@ -196,7 +196,7 @@ Scene long_chain(int n) {
 
 // Memory grows linearly with the chain's length. Only the mass matrix would grow with its square, to 80 GB
 // for 100 000 coordinates, and compile() does not make it.
-TEST(Compile, MemoryOfLongChainsIsLinearInTheirLength) {
+TEST(Compile, MemoryOfLongChainsGrowsLinearly) {
   const int n = 100000;
   const System system = compiled(long_chain(n));
   ASSERT_EQ(system.nv, n);

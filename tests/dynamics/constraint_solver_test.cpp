@@ -70,7 +70,7 @@ TEST(ConstraintSolver, AgreesWithTheSaddlePointSystemOverManyLoops) {
 
 // Two rows that differ by little, against the saddle point in long double: the Gram matrix has the square of
 // the rows' condition, 1 / nearness, but its solution is refined.
-TEST(ConstraintSolver, LosesNoMoreThanTheConditionNearDependence) {
+TEST(ConstraintSolver, LosesOnlyTheConditionNumberNearDependence) {
   for (const double apart : {1., 1e-1, 1e-2, 1e-3, 3e-4, 1e-4, 1e-5, 1e-6, 1e-7}) {
     Scene scene = chain(6, true, 0.5);
     scene.constraints = {
@@ -99,7 +99,7 @@ TEST(ConstraintSolver, LosesNoMoreThanTheConditionNearDependence) {
   }
 }
 
-TEST(ConstraintSolver, SurvivesDependentRowsWithTheLeastMultipliers) {
+TEST(ConstraintSolver, GivesLeastNormMultipliersForDependentRows) {
   Scene scene = loop();
   scene.constraints.push_back(scene.constraints[0]);
   scene.constraints[1].name = "again";
@@ -113,7 +113,7 @@ TEST(ConstraintSolver, SurvivesDependentRowsWithTheLeastMultipliers) {
   EXPECT_LT((twice.multipliers.tail(3) - single.multipliers / 2).norm(), 1e-11);
 }
 
-TEST(ConstraintSolver, RankDoesNotHangOnUnits) {
+TEST(ConstraintSolver, RankIsIndependentOfUnits) {
   // one row scaled by 1e-9 (a coupling in other units) is as independent as before
   Scene scene = chain(3, false, 0.2);
   scene.constraints = {{"tie", CoordinateCoupling{{{"h0"}, {"h1"}}, {1e-9, -1e-9}, constant(0)}},
@@ -125,7 +125,7 @@ TEST(ConstraintSolver, RankDoesNotHangOnUnits) {
   EXPECT_NEAR(w.a[1], w.a[2], 1e-12);
 }
 
-TEST(ConstraintSolver, NamesTheRowsThatADependentOneIsMadeOf) {
+TEST(ConstraintSolver, NamesTheRowsBehindADependentOne) {
   Scene scene = chain(3, false, 0.2);
   scene.constraints = {{"first", CoordinateCoupling{{{"h0"}, {"h1"}}, {1, -1}, constant(0)}},
                        {"second", CoordinateCoupling{{{"h1"}, {"h2"}}, {1, -1}, constant(0)}},

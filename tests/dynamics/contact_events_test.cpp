@@ -23,7 +23,7 @@ Kind& kind_of(Scene& scene, int i = 0) {
   return std::get<Kind>(scene.constraints[i].kind);
 }
 
-TEST(ContactRuns, TheBallsReboundsEndWhenTheGeometricSeriesSays) {
+TEST(ContactRuns, ReboundsEndAtTheLimitOfTheGeometricSeries) {
   for (const double e : {0.5, 0.8}) {
     Scene scene = sample("bouncing_ball.toml");
     kind_of<SphereOverPlane>(scene).surface.restitution = e;
@@ -47,7 +47,7 @@ TEST(ContactRuns, TheBallsReboundsEndWhenTheGeometricSeriesSays) {
   }
 }
 
-TEST(ContactRuns, RowsBetweenStepsKnowNothingOfTheImpactAfterThem) {
+TEST(ContactRuns, OutputRowsBeforeAnImpactAreUnaffectedByIt) {
   Scene scene = sample("bouncing_ball.toml");
   kind_of<SphereOverPlane>(scene).surface.restitution =
       0;  // from its landing on the ball is held on the ground
@@ -62,7 +62,7 @@ TEST(ContactRuns, RowsBetweenStepsKnowNothingOfTheImpactAfterThem) {
   }
 }
 
-TEST(ContactRuns, AnOpenContactTakesNoEvaluationsOfItsOwn) {
+TEST(ContactRuns, OpenContactCostsNoEvaluations) {
   Scene scene = sample("bouncing_ball.toml");
   scene.simulation.end_time = 0.2;  // it lands after 0.4515 s
   for (const char* method : {"dopri5", "dop853", "rk4", "gbs", "gauss16"}) {
@@ -77,7 +77,7 @@ TEST(ContactRuns, AnOpenContactTakesNoEvaluationsOfItsOwn) {
 
 // A mass on a spring, x = cos t, grazes a post beside its way and is thrown back; a step may span half a
 // swing, at whose ends it rests.
-TEST(ContactRuns, NoStepGoesOverAPostFromOneTurningPointToTheNext) {
+TEST(ContactRuns, LongStepDoesNotPassOverAPost) {
   Scene scene;
   scene.gravity.setZero();
   scene.solids = {
@@ -104,7 +104,7 @@ TEST(ContactRuns, NoStepGoesOverAPostFromOneTurningPointToTheNext) {
     }
 }
 
-TEST(ContactRuns, TheCradleHandsItsSpeedOn) {
+TEST(ContactRuns, NewtonsCradlePassesItsSpeedOn) {
   Scene scene = sample("cradle.toml");
   scene.simulation.end_time = 0.6;  // the first ball arrives after a quarter of 2.01 s
   for (const auto law : {ImpactLaw::sequential, ImpactLaw::simultaneous}) {
@@ -127,7 +127,7 @@ TEST(ContactRuns, TheCradleHandsItsSpeedOn) {
   }
 }
 
-TEST(ContactRuns, TheCradleComesBack) {
+TEST(ContactRuns, NewtonsCradleSwingsBack) {
   const Trajectory t = run(sample("cradle.toml"));
   // 0, 0, 0, 0, 1 and back again: after a whole period, at 4 of the 4.03 s of two, the first ball nears its
   // start
@@ -135,7 +135,7 @@ TEST(ContactRuns, TheCradleComesBack) {
   for (int i = 1; i < 5; ++i) EXPECT_NEAR(last(t, i), 0, 1e-8);
 }
 
-TEST(ContactRuns, ABlockThrownUpASlopeStopsAndSlidesBack) {
+TEST(ContactRuns, BlockThrownUpASlopeStopsAndSlidesBack) {
   Scene scene = sample("block_on_slope.toml");
   const double a = 30 * degree_for_tests, mu = 0.4;
   const Trajectory t = run(scene);
@@ -149,7 +149,7 @@ TEST(ContactRuns, ABlockThrownUpASlopeStopsAndSlidesBack) {
   for (std::size_t i = 0; i < 8; ++i) EXPECT_NEAR(slips[i].time, i < 4 ? 0 : stop, 1e-8);
 }
 
-TEST(ContactRuns, ABlockSticksWhereTheSlopeIsNotSteeperThanItsFriction) {
+TEST(ContactRuns, BlockSticksBelowTheFrictionAngle) {
   for (const double factor : {1.01, 1.2}) {
     Scene scene = sample("block_on_slope.toml");
     scene.solids[1].switches[0].v = {0};
@@ -166,7 +166,7 @@ TEST(ContactRuns, ABlockSticksWhereTheSlopeIsNotSteeperThanItsFriction) {
   EXPECT_NEAR(last_velocity(t, 0), -g * (std::sin(a) - mu * std::cos(a)), 1e-8);
 }
 
-TEST(ContactRuns, APointSticksUpToTheVeryLimit) {
+TEST(ContactRuns, PointSticksUpToTheFrictionLimit) {
   // tan 30 degrees is the limit itself: it sticks; a millionth below it slides with g (sin a - mu cos a)
   const double a = 30 * degree_for_tests;
   for (const double factor : {1.0, 1 - 1e-6}) {
@@ -185,7 +185,7 @@ TEST(ContactRuns, APointSticksUpToTheVeryLimit) {
   }
 }
 
-TEST(ContactRuns, PainlevesRodIsNamed) {
+TEST(ContactRuns, NamesPainlevesParadox) {
   const auto out = compile(sample("painleve_rod.toml")).and_then([](const System& s) { return simulate(s); });
   ASSERT_FALSE(out);
   EXPECT_EQ(out.error().where, "contact 'tip'");
@@ -197,7 +197,7 @@ TEST(ContactRuns, PainlevesRodIsNamed) {
   run(scene);
 }
 
-TEST(ContactRuns, AFallingBoxLandsFlatAndRests) {
+TEST(ContactRuns, FallingBoxLandsFlatAndRests) {
   Scene scene;
   scene.name = "box";
   Solid box = solid("box", "world", free_switches("box"), {inertial(2, {0, 0, 0}, {0.1, 0.2, 0.3})});
@@ -218,7 +218,7 @@ TEST(ContactRuns, AFallingBoxLandsFlatAndRests) {
   EXPECT_NEAR(t.certificate.impact_loss, 2 * g * 0.8, 1e-8);  // flat all the way: friction has nothing to do
 }
 
-TEST(ContactRuns, AContactOpensWhenItsForceVanishes) {
+TEST(ContactRuns, ContactOpensWhenItsForceVanishes) {
   // a point on a ground that is driven up and down faster than it can fall: it leaves where a omega^2 sin = g
   Scene scene;
   scene.name = "shaken";
@@ -244,7 +244,7 @@ TEST(ContactRuns, AContactOpensWhenItsForceVanishes) {
               1e-8);
 }
 
-TEST(ContactRuns, ALimitThrowsACoordinateBack) {
+TEST(ContactRuns, LimitReboundsACoordinate) {
   Scene scene;
   scene.name = "stop";
   scene.gravity.setZero();
@@ -258,7 +258,7 @@ TEST(ContactRuns, ALimitThrowsACoordinateBack) {
   EXPECT_EQ(events(t, "impact").size(), 2u);
 }
 
-TEST(ContactRuns, ARopeTightensAndBecomesAPendulum) {
+TEST(ContactRuns, TautRopeBecomesAPendulum) {
   Scene scene;
   scene.name = "rope";
   scene.solids = {solid("bob", "world",
@@ -294,7 +294,7 @@ Scene billiard(double slope, double friction) {
   return scene;
 }
 
-TEST(ContactRuns, ASlidingBallComesToRollAtFiveSeventhsOfItsSpeed) {
+TEST(ContactRuns, SlidingBallRollsAtFiveSeventhsOfItsSpeed) {
   Scene scene = billiard(0, 0.3);
   scene.solids[0].switches[0].v = {2};
   scene.solids[0].switches[1].v = {1};
@@ -310,7 +310,7 @@ TEST(ContactRuns, ASlidingBallComesToRollAtFiveSeventhsOfItsSpeed) {
   EXPECT_NEAR(t.certificate.work_efforts, -0.5 * 5 * 2 / 7, 1e-8);
 }
 
-TEST(ContactRuns, ABallRollsDownASlopeWithFiveSeventhsOfItsPull) {
+TEST(ContactRuns, BallRollsDownASlopeWithFiveSeventhsOfGravity) {
   const Trajectory t = run(billiard(0.3, 0.5));
   EXPECT_NEAR(last_velocity(t, 0), -5. / 7 * g * std::sin(0.3), 1e-9);
   // steeper than 7/2 of its friction it slides too: mu g cos a less
@@ -319,7 +319,7 @@ TEST(ContactRuns, ABallRollsDownASlopeWithFiveSeventhsOfItsPull) {
   EXPECT_NEAR(last_velocity(slides, 0), -g * (std::sin(steep) - mu * std::cos(steep)), 1e-9);
 }
 
-TEST(ContactRuns, TwoFreeBallsCollideAndKeepTheirMomentum) {
+TEST(ContactRuns, CollidingFreeBallsKeepTheirMomentum) {
   Scene scene;
   scene.name = "billiard balls";
   scene.gravity.setZero();
@@ -358,7 +358,7 @@ TEST(ContactRuns, TwoFreeBallsCollideAndKeepTheirMomentum) {
   EXPECT_GT(std::abs(row[5]), 0.1);
 }
 
-TEST(ContactRuns, ContactsHoldUnderBaumgarteToo) {
+TEST(ContactRuns, ContactsWorkWithBaumgarte) {
   // what slides, sticks and rolls above, between projections that are none: gains of 10 / s bring back what
   // events leave of their location's 1e-12 m
   Scene slope = sample("block_on_slope.toml");
@@ -384,7 +384,7 @@ TEST(ContactRuns, ContactsHoldUnderBaumgarteToo) {
   EXPECT_NEAR(rests.certificate.impact_loss, g, 1e-9);
 }
 
-TEST(ContactRuns, ABoxOnFourCornersBeginsToSlideWhereItsFrictionEnds) {
+TEST(ContactRuns, BoxOnFourCornersSlidesAboveTheFrictionAngle) {
   // pushed with 4 N/s: it slides from mu m g on, by (F(t) - mu m g) / m
   for (double friction : {0.2, 0.4, 0.6})
     for (const char* method : {"dopri5", "dop853"}) {
@@ -409,7 +409,7 @@ TEST(ContactRuns, ABoxOnFourCornersBeginsToSlideWhereItsFrictionEnds) {
     }
 }
 
-TEST(ContactRuns, ABoxOnASlopeBesideItsFrictionsLimitStaysOrCreeps) {
+TEST(ContactRuns, BoxNearTheFrictionLimitStaysOrCreeps) {
   const double angle = std::atan(0.4);
   for (double beside : {-1e-2, -1e-3, -1e-4, 0., 1e-6, 1e-4, 1e-2}) {
     SCOPED_TRACE(beside);
@@ -425,7 +425,7 @@ TEST(ContactRuns, ABoxOnASlopeBesideItsFrictionsLimitStaysOrCreeps) {
   }
 }
 
-TEST(ContactRuns, WhatIsDrivenTogetherIsNamed) {
+TEST(ContactRuns, NamesBodiesDrivenTogether) {
   Scene scene;
   scene.solids = {
       solid("driven", "world", {driven(slide("z", Vector3d::UnitZ()), Polynomial{{1, -1}})},
@@ -445,7 +445,7 @@ TEST(ContactRuns, WhatIsDrivenTogetherIsNamed) {
       << out.error().what;
 }
 
-TEST(ContactRuns, AnOverlapAtTheStartIsNamed) {
+TEST(ContactRuns, NamesAnOverlapAtTheStart) {
   Scene scene = sample("bouncing_ball.toml");
   scene.solids[0].switches[0].q = {0.05};
   const auto out = compile(scene).and_then([](const System& s) { return simulate(s); });

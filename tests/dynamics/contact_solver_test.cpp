@@ -65,7 +65,7 @@ void expect_laws(const ContactProblem& c, const VectorXd& p, double tolerance) {
 class ContactSolverInRegisters : public EachWidth {};
 INSTANTIATE_TEST_SUITE_P(OfEachWidth, ContactSolverInRegisters, ::testing::ValuesIn(all_widths()));
 
-TEST_P(ContactSolverInRegisters, FindsTheOneSetOfContactsThatPress) {
+TEST_P(ContactSolverInRegisters, FindsTheUniqueSetOfActiveContacts) {
   Draw draw{std::mt19937(3)};
   for (int trial = 0; trial < 50; ++trial) {
     const int n = 7;
@@ -100,7 +100,7 @@ TEST_P(ContactSolverInRegisters, FindsTheOneSetOfContactsThatPress) {
   }
 }
 
-TEST_P(ContactSolverInRegisters, AgreesWithSweepsThatSettle) {
+TEST_P(ContactSolverInRegisters, AgreesWithConvergedGaussSeidelSweeps) {
   Draw draw{std::mt19937(5)};
   int settled = 0;
   for (int trial = 0; trial < 50; ++trial) {
@@ -139,7 +139,7 @@ TEST_P(ContactSolverInRegisters, AgreesWithSweepsThatSettle) {
   EXPECT_GT(settled, 40);
 }
 
-TEST_P(ContactSolverInRegisters, KeepsTheLawsWhereContactsDependOnEachOther) {
+TEST_P(ContactSolverInRegisters, KeepsTheLawsForDependentContacts) {
   Draw draw{std::mt19937(7)};
   for (int trial = 0; trial < 50; ++trial) {
     const ContactProblem c = draw.contacts(12, 14, 0.1 + 0.02 * trial);  // 36 rows of rank 14
@@ -169,7 +169,7 @@ TEST_P(ContactSolverInRegisters, KeepsTheLawsInAPlane) {
 }
 
 // One solver for many problems, with room for more rows than they have.
-TEST_P(ContactSolverInRegisters, LeavesNothingOfAProblemToTheNext) {
+TEST_P(ContactSolverInRegisters, SolvesEachProblemIndependently) {
   Draw draw{std::mt19937(13)};
   ContactSolver solver;
   for (const int count : {24, 1, 9, 2, 3, 22, 1}) {
@@ -196,7 +196,7 @@ TEST_P(ContactSolverInRegisters, LeavesNothingOfAProblemToTheNext) {
 // Bodies that are pressed on from all sides and rub: impulses as large as friction lets them be hold against
 // each other. Masses far apart, as of hands and trunks. (Newton's method alone leaves one of eleven
 // unsettled.)
-TEST_P(ContactSolverInRegisters, SettlesWhatIsJammed) {
+TEST_P(ContactSolverInRegisters, ConvergesForJammedContacts) {
   Draw draw{std::mt19937(11)};
   std::uniform_real_distribution<double> exponent(-1.5, 1.5);
   ContactSolver solver;

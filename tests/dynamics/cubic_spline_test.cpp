@@ -22,7 +22,7 @@ CubicSpline through(const Function& f, double end, int n, SplineEnds ends) {
   return CubicSpline(x, y, ends);
 }
 
-TEST(CubicSpline, OfThreePointsIsThatByHand) {
+TEST(CubicSpline, ThroughThreePointsMatchesHandCalculation) {
   // 2/3 M1 = -2, so M1 = -3; at 0.5: 0.5 + (0.125 - 0.5) (-3) / 6
   const CubicSpline s({0, 1, 2}, {0, 1, 0}, SplineEnds::natural);
   EXPECT_DOUBLE_EQ(s(0.5).value, 0.6875);
@@ -33,7 +33,7 @@ TEST(CubicSpline, OfThreePointsIsThatByHand) {
   for (double x : {0.2, 0.7}) EXPECT_NEAR(level(x).value, 3 * x * x - 2 * x * x * x, 1e-15);
 }
 
-TEST(CubicSpline, IsOfFourthOrderWhereItsEndsAreTheFunctions) {
+TEST(CubicSpline, IsOfFourthOrderWithExactEnds) {
   const auto error = [](auto f, double end, int n, SplineEnds ends) {
     const CubicSpline s = through(f, end, n, ends);
     double largest = 0;
@@ -53,7 +53,7 @@ TEST(CubicSpline, IsOfFourthOrderWhereItsEndsAreTheFunctions) {
   expect_fourth(cosine, 2 * M_PI, SplineEnds::periodic);
 }
 
-TEST(CubicSpline, IsTwiceDifferentiableAtItsPointsAndBeyondItsEnds) {
+TEST(CubicSpline, IsTwiceDifferentiableEverywhere) {
   const std::vector<double> x{0, 0.3, 1, 1.2, 2.5}, y{1, -2, 0.5, 0.7, 1};
   for (SplineEnds ends : {SplineEnds::natural, SplineEnds::clamped, SplineEnds::periodic}) {
     const CubicSpline s(x, y, ends);
@@ -76,7 +76,7 @@ TEST(CubicSpline, IsTwiceDifferentiableAtItsPointsAndBeyondItsEnds) {
   EXPECT_DOUBLE_EQ(CubicSpline(x, y, SplineEnds::natural)(9.0).curvature, 0);
 }
 
-TEST(CubicSpline, ClampedIsLevelBeyondItsEndsToTheLastDigit) {
+TEST(CubicSpline, ClampedSplineIsConstantBeyondItsEnds) {
   const CubicSpline spline({0.1, 0.3, 0.35, 0.7}, {0.3, 1e7, -0.7, 0.1}, SplineEnds::clamped);
   for (const double x : {-5., 0., 0.0999}) {
     EXPECT_EQ(spline(x).value, 0.3);
@@ -88,7 +88,7 @@ TEST(CubicSpline, ClampedIsLevelBeyondItsEndsToTheLastDigit) {
   }
 }
 
-TEST(CubicSpline, SaysWhyThereIsNone) {
+TEST(CubicSpline, ExplainsInvalidTables) {
   using S = CubicSpline;
   EXPECT_EQ(S::complaint({0, 1}, {0, 1}, SplineEnds::natural), "");
   EXPECT_EQ(S::complaint({0}, {0}, SplineEnds::natural), "has 1 values, expected at least 2");

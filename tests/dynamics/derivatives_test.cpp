@@ -133,10 +133,10 @@ void compare_random(bool constrained) {
   EXPECT_GT(compared, 8);
 }
 
-TEST(Derivatives, OfForwardDynamicsAreThoseOfDifferences) { compare_random(false); }
-TEST(Derivatives, OfConstrainedForwardDynamicsAreThoseOfDifferences) { compare_random(true); }
+TEST(Derivatives, OfForwardDynamicsMatchDifferences) { compare_random(false); }
+TEST(Derivatives, OfConstrainedForwardDynamicsMatchDifferences) { compare_random(true); }
 
-TEST(Derivatives, OfInverseDynamicsAreThoseOfDifferences) {
+TEST(Derivatives, OfInverseDynamicsMatchDifferences) {
   for (unsigned seed = 0; seed < 10; ++seed) {
     const auto system = compile(RandomScene(seed, 6, false).scene);
     if (!system || system->nv == 0) continue;
@@ -178,7 +178,7 @@ TEST(Derivatives, OfInverseDynamicsAreThoseOfDifferences) {
 }
 
 // A user's function: its third derivatives are by differences along the motion.
-TEST(Derivatives, HoldForAUsersFunction) {
+TEST(Derivatives, IncludeAUsersFunction) {
   Scene scene = chain(4, true, 0.4);
   FunctionConstraint function;
   function.coordinates = {{"h0"}, {"h2"}};
@@ -216,7 +216,7 @@ struct OwnSpring {
   static DualNumber abs(const DualNumber& x) { return borelli::abs(x); }
 };
 
-TEST(Derivatives, HoldForEveryEffort) {
+TEST(Derivatives, IncludeEveryEffort) {
   Scene scene = random_tree(4, {.balls = true});
   scene.efforts = {{"stop", LimitSpring{{"c20"}, 30, 0.3, {{-0.01, 0.01}}}},
                    {"stops", LimitSpring{{"c51"}, 20, 0.3, {{-0.1, 0.1}, {-0.1, 0.2}, {-0.05, 0.05}}}},
@@ -233,7 +233,7 @@ TEST(Derivatives, HoldForEveryEffort) {
 }
 
 // The formula of implicit functions against dual numbers sent through the recursion of articulated bodies.
-TEST(Derivatives, AreThoseOfTheArticulatedBodies) {
+TEST(Derivatives, MatchTheArticulatedBodyMethod) {
   const System system = compiled(random_tree(2, {.balls = true, .drives = true}));
   State state = Random(8).state(system);
   state.t = 0.2;
@@ -259,7 +259,7 @@ TEST(Derivatives, AreThoseOfTheArticulatedBodies) {
   }
 }
 
-TEST(Derivatives, RefuseWhatIsNotOfTheScene) {
+TEST(Derivatives, RefuseVectorsOfTheWrongSize) {
   const System system = compiled(chain(2, false));
   EXPECT_FALSE(inverse_dynamics(system, system.initial, Eigen::VectorXd::Zero(3)));
   State wrong = system.initial;
@@ -271,7 +271,7 @@ TEST(Derivatives, RefuseWhatIsNotOfTheScene) {
 
 #ifdef BORELLI_MUJOCO
 // Against differences of MuJoCo's accelerations along its own tangent, which is ours.
-TEST(Derivatives, AreThoseOfMuJoCo) {
+TEST(Derivatives, MatchMuJoCo) {
   for (Joints joints : {Joints::hinges, Joints::balls, Joints::mixed, Joints::free}) {
     const Twin twin = TwinMaker(3, joints, 6).make();
     const System system = compiled(twin.scene);

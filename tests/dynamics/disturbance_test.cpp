@@ -7,7 +7,7 @@
 namespace borelli::test {
 namespace {
 
-TEST(Disturbance, IsAsLargeAsAskedWhereAllIsFree) {
+TEST(Disturbance, HasTheRequestedSizeInFreeScenes) {
   const System system = compiled(chain(3, true, 1.5));
   const State off = disturbed(system, system.initial, 1e-3);
   EXPECT_EQ(off.q, system.initial.q);
@@ -25,7 +25,7 @@ TEST(Disturbance, KeepsConstraints) {
   EXPECT_LT((w.rows.L.leftCols(system.nv) * (off.v - system.initial.v)).norm(), 1e-15);
 }
 
-TEST(Disturbance, LeavesClosedContactsClosedAndMovesOpenOnes) {
+TEST(Disturbance, KeepsClosedContactsClosedAndMovesOpenOnes) {
   const Scene resting = sample("block_on_slope.toml");
   const System closed = compiled(resting);
   const State lies = disturbed(closed, closed.initial, 1e-3);

@@ -29,7 +29,7 @@ Scene slider(double q, double v) {
 
 // m x'' = -k x (1 + c x'): v dv / (1 + c v) = -k/m x dx, so v / c - log(1 + c v) / c^2 is the same on the way
 // in and on the way out (Hunt and Crossley's equation 6 with exponent 1).
-TEST(LimitSpring, GivesBackTheSpeedOfTheClosedForm) {
+TEST(LimitSpring, ReturnsTheSpeedOfTheClosedForm) {
   const double c = 0.3;
   const auto invariant = [&](double v) { return v / c - std::log1p(c * v) / (c * c); };
   for (const double speed : {0.5, 1.0, 5.0}) {
@@ -48,7 +48,7 @@ TEST(LimitSpring, GivesBackTheSpeedOfTheClosedForm) {
   }
 }
 
-TEST(LimitSpring, NeverPullsAndBeginsAtZero) {
+TEST(LimitSpring, NeverPullsAndStartsAtZero) {
   Scene scene = slider(0, 0);
   scene.efforts = {{"stop", LimitSpring{{"x"}, 100, 0.5, {}}}};
   scene.solids[0].switches[0].ranges = {{-0.2, 0.1}};
@@ -68,7 +68,7 @@ TEST(LimitSpring, NeverPullsAndBeginsAtZero) {
   EXPECT_LT(std::abs(effort(0.1 + 1e-9, 1)), 1e-6);
 }
 
-TEST(LimitSpring, HoldsABallInItsRanges) {
+TEST(LimitSpring, KeepsABallInItsRanges) {
   Scene scene;
   Switch joint = ball("joint");
   joint.v = {3, 4, -5};
@@ -98,7 +98,7 @@ TEST(LimitSpring, HoldsABallInItsRanges) {
 }
 
 // m e'' + kd e' + kp e = -m target'', started on its steady answer.
-TEST(PdController, FollowsASineAsTheClosedFormDoes) {
+TEST(PdController, FollowsASineAsInClosedForm) {
   const double m = 2, kp = 50, kd = 3, amplitude = 0.4, w = 6;
   const std::complex<double> off = m * amplitude * w * w / std::complex<double>(kp - m * w * w, kd * w);
   const auto answer = [&](double t) {  // q and its rate: the imaginary parts
@@ -129,7 +129,7 @@ TEST(PdController, BringsABallToItsTarget) {
             1e-6);  // exp(-10 s kp / kd) is 2e-22: what is left is the steps'
 }
 
-TEST(Drag, SlowsAsTheClosedFormsSay) {
+TEST(Drag, SlowsTranslationAsInClosedForm) {
   const double m = 2, k = 0.7, v0 = 3, t = 2;
   Scene scene = slider(0, v0);
   scene.efforts = {{"oil", Drag{{"cart", {0, 0, 0}}, k, 0}}};
@@ -147,7 +147,7 @@ TEST(Drag, SlowsAsTheClosedFormsSay) {
   EXPECT_TRUE(fall.certificate.conserved.empty());
 }
 
-TEST(Drag, SlowsATurn) {
+TEST(Drag, SlowsRotation) {
   Scene scene;
   scene.solids = {solid("wheel", "world", {hinge("turn", Vector3d::UnitZ(), 0, 10)},
                         {inertial(1, {0, 0, 0}, {0.1, 0.1, 0.2})})};
@@ -192,7 +192,7 @@ Scene two_planets() {
 }
 
 // Kepler: a = strength / (2 |E|) of the relative motion, period 2 pi sqrt(mu a^3 / strength).
-TEST(OwnEffort, MakesPlanetsGoRound) {
+TEST(OwnEffort, GivesKeplerOrbits) {
   const double mu = 3.0 / 4, energy = mu * 1.2 * 1.2 / 2 - 1.5, a = 1.5 / (-2 * energy);
   const double period = 2 * M_PI * std::sqrt(mu * a * a * a / 1.5);
   const Trajectory motion = run(two_planets(), fine(period));
@@ -203,7 +203,7 @@ TEST(OwnEffort, MakesPlanetsGoRound) {
   EXPECT_TRUE(motion.certificate.conserved.empty());  // the engine does not know what it does
 }
 
-TEST(OwnEffort, IsNoThingForAFileAndMustBeThere) {
+TEST(OwnEffort, CannotBeWrittenAndNeedsALaw) {
   Scene scene = two_planets();
   const auto text = write_scene(scene);
   ASSERT_FALSE(text);
@@ -219,7 +219,7 @@ struct Trouble {
   }
 };
 
-TEST(OwnEffort, WhatItThrowsEndsTheRun) {
+TEST(OwnEffort, ExceptionEndsTheRun) {
   Scene scene = slider(0, 1);
   scene.efforts = {{"rope", OwnEffort({}, {{"x"}}, Trouble{})}};
   const auto motion = simulate(compiled(scene), compiled(scene).initial, fine(1));
@@ -240,7 +240,7 @@ centre = [0, 0, 1]
 name = "it"
 )";
 
-TEST(EffortKinds, MeanWhatAFileSays) {
+TEST(EffortKinds, AreReadFromSceneFiles) {
   const auto effort = [](const std::string& text) {
     return need(compile(need(parse_scene(arm + text, "arm.toml")))).parameters.efforts[0].kind;
   };
@@ -267,7 +267,7 @@ TEST(EffortKinds, MeanWhatAFileSays) {
   EXPECT_EQ(std::get<AngularDrag>(effort("kind = 'angular_drag'\non = 'arm'\nlinear = 3\n")).linear, 3);
 }
 
-TEST(EffortKinds, NameWhatIsWrongWithTheirLine) {
+TEST(EffortKinds, AreRefusedWithTheirLine) {
   const auto complaint = [](const std::string& text) {
     const auto scene = parse_scene(arm + text, "arm.toml");
     if (!scene) return scene.error().message();

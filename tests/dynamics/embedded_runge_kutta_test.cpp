@@ -12,7 +12,7 @@
 namespace borelli::test {
 namespace {
 
-TEST(RootedTrees, AreAsManyAsCounted) {  // Hairer, Norsett, Wanner, table II.2.3
+TEST(RootedTrees, CountsMatchTheLiterature) {  // Hairer, Norsett, Wanner, table II.2.3
   EXPECT_EQ(rooted_trees(4).size(), 8u);
   EXPECT_EQ(rooted_trees(8).size(), 200u);
 }
@@ -62,7 +62,7 @@ struct Pair {
 const Pair pairs[] = {{"dopri5", dormand_prince_5(), 4, 0, 1e-14},
                       {"dop853", dormand_prince_853(), 5, 3, 1e-13}};
 
-TEST(EmbeddedRungeKutta, NumbersMeetTheOrderConditions) {
+TEST(EmbeddedRungeKutta, CoefficientsMeetTheOrderConditions) {
   for (const Pair& pair : pairs) {
     const EmbeddedTableau& tableau = pair.tableau;
     const int all = tableau.all_stages(), order = tableau.step.order;
@@ -100,7 +100,7 @@ FunctionFlow euler_top() {
           }};
 }
 
-TEST(EmbeddedRungeKutta, DenseOutputShowsItsOrder) {
+TEST(EmbeddedRungeKutta, DenseOutputHasItsOrder) {
   for (const Pair& pair : pairs) {
     // largest difference within one step of h from many small ones
     const auto error = [&](double h) {
@@ -129,7 +129,7 @@ TEST(EmbeddedRungeKutta, DenseOutputShowsItsOrder) {
   }
 }
 
-TEST(EmbeddedRungeKutta, TheErrorEstimateLeadsTheStep) {
+TEST(EmbeddedRungeKutta, ErrorEstimateControlsTheStep) {
   for (const Pair& pair : pairs) {
     FunctionFlow flow = euler_top();
     EmbeddedRungeKutta method(pair.tableau, 1e-9), fine(dormand_prince_853(), 1e9);
@@ -147,7 +147,7 @@ TEST(EmbeddedRungeKutta, TheErrorEstimateLeadsTheStep) {
   }
 }
 
-TEST(EmbeddedRungeKutta, FirstStepIsOneThatTheToleranceBears) {
+TEST(EmbeddedRungeKutta, FirstStepMeetsTheTolerance) {
   for (const Pair& pair : pairs)
     for (const double rate : {0.1, 1., 30.})
       for (double tolerance = 1e-3; tolerance > 1e-11; tolerance /= 10) {

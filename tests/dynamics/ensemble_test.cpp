@@ -40,7 +40,7 @@ Ending single(const System& system, const State& start, const SimulationSettings
 class EnsembleInRegisters : public EachWidth {};
 INSTANTIATE_TEST_SUITE_P(OfEachWidth, EnsembleInRegisters, ::testing::ValuesIn(all_widths()));
 
-TEST_P(EnsembleInRegisters, FixedStepsAreThoseOfSingleMotions) {
+TEST_P(EnsembleInRegisters, FixedStepsEqualSingleRuns) {
   const System system = compiled(swing());
   const auto starts = members(system, 19);
   for (const char* method : {"rk4", "semi_implicit_euler", "verlet"}) {
@@ -63,7 +63,7 @@ TEST_P(EnsembleInRegisters, FixedStepsAreThoseOfSingleMotions) {
   }
 }
 
-TEST_P(EnsembleInRegisters, AdaptiveStepsServeTheLaneThatAsksForMost) {
+TEST_P(EnsembleInRegisters, AdaptiveStepsMeetTheMostDemandingLane) {
   const System system = compiled(swing());
   const auto starts = members(system, 8);
   const SimulationSettings fine = settings("dop853", 0.5, 0.01, 1e-12);
@@ -80,7 +80,7 @@ TEST_P(EnsembleInRegisters, AdaptiveStepsServeTheLaneThatAsksForMost) {
   }
 }
 
-TEST(Ensemble, DoesNotHangOnThreads) {
+TEST(Ensemble, IsIndependentOfThreads) {
   const System system = compiled(swing());
   const auto starts = members(system, 40);
   const SimulationSettings how = settings("dopri5", 0.3, 0.01, 1e-6);
@@ -92,7 +92,7 @@ TEST(Ensemble, DoesNotHangOnThreads) {
   }
 }
 
-TEST(Ensemble, TellsHowFarItIsAndStopsWhereItIsAskedTo) {
+TEST(Ensemble, ReportsProgressAndStopsOnRequest) {
   Scene scene = chain(2, false);
   scene.efforts = {{"stop", LimitSpring{{"h0"}, 500, 0.1, {{-0.5, 0.5}}}}};
   const System system = compiled(scene);
@@ -140,7 +140,7 @@ TEST(Ensemble, TellsHowFarItIsAndStopsWhereItIsAskedTo) {
   }
 }
 
-TEST(Ensemble, MembersMayHaveTheirOwnInertials) {
+TEST(Ensemble, MembersUseTheirOwnInertials) {
   const System system = compiled(chain(3, true, 0.5));
   std::vector<Member> starts(5, Member{system.initial, system.parameters.inertials});
   for (std::size_t i = 0; i < starts.size(); ++i) starts[i].inertials[2].mass *= 1.0 + double(i);
@@ -155,7 +155,7 @@ TEST(Ensemble, MembersMayHaveTheirOwnInertials) {
 }
 
 // One bar on a hinge, weightless, and one on a slide: constant efforts, so q = v t + e t^2 / 2 m.
-TEST(Ensemble, MembersMayHoldTheirOwnEfforts) {
+TEST(Ensemble, MembersUseTheirOwnEfforts) {
   Scene scene;
   scene.gravity.setZero();
   scene.solids = {solid("wheel", "world", {hinge("turn", Vector3d::UnitY())}, {link()}),
@@ -208,7 +208,7 @@ Scene with_efforts(Scene scene, const System& system, const VectorXd& efforts) {
   return scene;
 }
 
-TEST(Ensemble, EffortsOfMembersAreThoseOfTheirScenes) {
+TEST(Ensemble, MemberEffortsEqualThoseOfAScene) {
   const Scene scene = swing();
   const System system = compiled(scene);
   auto starts = members(system, 9);
@@ -224,7 +224,7 @@ TEST(Ensemble, EffortsOfMembersAreThoseOfTheirScenes) {
   }
 }
 
-TEST(Ensemble, AMemberThatIsMadeAloneHoldsItsEffortsThere) {
+TEST(Ensemble, MemberRunAloneKeepsItsEfforts) {
   Scene scene = chain(2, false);
   scene.efforts = {{"stop", LimitSpring{{"h0"}, 500, 0.1, {{-0.5, 0.5}}}}};
   const System system = compiled(scene);
@@ -240,7 +240,7 @@ TEST(Ensemble, AMemberThatIsMadeAloneHoldsItsEffortsThere) {
   }
 }
 
-TEST(Ensemble, AMotionThatMeetsABoundIsMadeAlone) {
+TEST(Ensemble, MemberThatHitsAStopRunsAlone) {
   Scene scene = chain(2, false);
   scene.efforts = {{"stop", LimitSpring{{"h0"}, 500, 0.1, {{-0.5, 0.5}}}}};
   const System system = compiled(scene);
@@ -256,7 +256,7 @@ TEST(Ensemble, AMotionThatMeetsABoundIsMadeAlone) {
 }
 
 // A member that simulate() calls diverged leaves its batch, and its neighbours go on as without it.
-TEST(Ensemble, AMemberBeyondAllBoundsHoldsUpNoOther) {
+TEST(Ensemble, DivergingMemberDoesNotAffectOthers) {
   const System system = compiled(chain(2, false, 1));
   for (const char* method : {"rk4", "dop853", "gauss16", "verlet"})
     for (const double wild : {3e12, 1e200}) {
@@ -277,7 +277,7 @@ TEST(Ensemble, AMemberBeyondAllBoundsHoldsUpNoOther) {
 }
 
 // A dashpot stops one light sledge of eight within a step, which verlet has no half step for.
-TEST(Ensemble, AStepThatDoesNotSettleIsThatOfItsLaneAlone) {
+TEST(Ensemble, UnconvergedStepAffectsOnlyItsLane) {
   Scene scene;
   scene.gravity.setZero();
   scene.solids = {solid("sledge", "world", {slide("way", Vector3d::UnitX())}, {link()})};
@@ -300,7 +300,7 @@ TEST(Ensemble, AStepThatDoesNotSettleIsThatOfItsLaneAlone) {
 }
 
 // Nothing is free: the work of the drives alone sets the steps, as it does in simulate().
-TEST(Ensemble, ControlsTheWorkOfDrivesAsSingleMotionsDo) {
+TEST(Ensemble, ControlsTheWorkOfDrivesAsSingleRunsDo) {
   Scene scene = chain(2, false, 0.3);
   for (Solid& one : scene.solids) one.switches.back() = driven(one.switches.back(), Sine{0.5, 20, 0, 0.1});
   const System system = compiled(scene);
@@ -313,7 +313,7 @@ TEST(Ensemble, ControlsTheWorkOfDrivesAsSingleMotionsDo) {
   }
 }
 
-TEST(Ensemble, TrustsNoMotionWhoseEnergyDrifts) {
+TEST(Ensemble, DistrustsMotionsWhoseEnergyDrifts) {
   const System system = compiled(chain(2, false, 1));
   const auto endings = need(simulate_ensemble(system, members(system, 8), settings("euler", 1, 0.02)));
   for (const Ending& ending : endings) {
@@ -322,7 +322,7 @@ TEST(Ensemble, TrustsNoMotionWhoseEnergyDrifts) {
   }
 }
 
-TEST(Ensemble, TrustsNoFixedStepsThatPassOverTheScenesOwnWaves) {
+TEST(Ensemble, DistrustsFixedStepsLongerThanTheScenesWaves) {
   Scene scene = chain(1, false);
   Torque push{{"l0"}, {0, 1, 0}};
   push.factor = Sine{1, 50, 0, 0};
@@ -334,7 +334,7 @@ TEST(Ensemble, TrustsNoFixedStepsThatPassOverTheScenesOwnWaves) {
 }
 
 // Of eight wheels those that are fast enough to pass the half turn of their spring are made alone.
-TEST(Ensemble, TorsionSpringsThatTurnRoundAreLeftToRunsAlone) {
+TEST(Ensemble, MembersWhoseTorsionSpringsTurnRoundRunAlone) {
   const System system = compiled(wheel(2, 0));  // 1/2 0.8 w^2 = 1/2 2 pi^2
   const double enough = std::numbers::pi * std::sqrt(2 / 0.8);
   std::vector<Member> starts(8, Member{system.initial, {}});
@@ -350,7 +350,7 @@ TEST(Ensemble, TorsionSpringsThatTurnRoundAreLeftToRunsAlone) {
 }
 
 // One of eight starts where two axes of its joint lie along each other: no acceleration can be told there.
-TEST(Ensemble, AMotionThatCannotBeginHinderesNoOther) {
+TEST(Ensemble, MemberThatCannotStartDoesNotAffectOthers) {
   const System system = compiled(aligning_turns());
   std::vector<Member> starts(8, Member{system.initial, {}});
   for (std::size_t i = 0; i < starts.size(); ++i) starts[i].start.v = Vector3d(0.1, 0.1, double(i));
@@ -367,7 +367,7 @@ TEST(Ensemble, AMotionThatCannotBeginHinderesNoOther) {
   EXPECT_EQ(endings[2].state.q.size(), 0);
 }
 
-TEST(Ensemble, RefusesWhatItCannotDo) {
+TEST(Ensemble, RefusesUnsupportedRequests) {
   const System system = compiled(chain(2, false));
   auto starts = members(system, 3);
   EXPECT_EQ(simulate_ensemble(system, starts, settings("cvode", 1, 0.01)).error().where, "method 'cvode'");

@@ -48,7 +48,7 @@ TEST(Equations, EvaluationsDoNotAllocate) {
 }
 
 // d(kinetic + potential)/dt, by differences along the solved motion, is the sum of the powers.
-TEST(Equations, PowersBalanceTheChangeOfEnergy) {
+TEST(Equations, PowerEqualsTheRateOfEnergy) {
   const System system = compiled(everything());
   for (unsigned seed = 0; seed < 5; ++seed) {
     State state = Random(seed).state(system);
@@ -82,7 +82,7 @@ TEST(Equations, BaumgarteAddsItsRestoringAccelerations) {
   EXPECT_LT((second + 6 * w.rows.rate + 16 * w.rows.h).norm(), 1e-10 * (1 + second.norm()));
 }
 
-TEST(Equations, ASingularMassMatrixIsNamed) {
+TEST(Equations, NamesASingularMassMatrix) {
   // a point mass on the axis of its own hinge: there is mass, but none moves
   Scene scene;
   scene.solids = {
@@ -95,7 +95,7 @@ TEST(Equations, ASingularMassMatrixIsNamed) {
       << out.error().what;
 }
 
-TEST(Equations, AnAccelerationThatIsNoNumberIsNamed) {
+TEST(Equations, NamesAnAccelerationThatIsNotANumber) {
   Scene scene = chain(2, false);
   scene.efforts = {
       {"push", Force{{"l1", {0, 0, -1}}, {1e300, 0, 0}, Axes::world, Polynomial{{0, 0, 0, 1e300}}, {}}}};

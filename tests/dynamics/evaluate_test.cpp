@@ -12,7 +12,7 @@ Scene held() {
   return scene;
 }
 
-TEST(Evaluate, ItsArraysSatisfyTheEquationsOfMotion) {
+TEST(Evaluate, ArraysSatisfyTheEquationsOfMotion) {
   const System system = compiled(held());
   const State state = Random(2).state(system);
   const Eigen::VectorXd efforts = Eigen::VectorXd::LinSpaced(system.nv, -1, 1);

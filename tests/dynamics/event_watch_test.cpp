@@ -76,7 +76,7 @@ Trajectory run_with(const Scene& scene, const SimulationSettings& how, EventSour
   return need(simulate(system, system.initial, how, observer));
 }
 
-TEST(Events, ABouncingPointMeetsTheFloorWhenTheClosedFormSays) {
+TEST(Events, BouncingPointHitsTheFloorAtTheClosedFormTimes) {
   const double h = 1.3, e = 0.8, g = 9.81, first = std::sqrt(2 * h / g);
   for (const std::string& method : integrator_names()) {
     if (method.ends_with("euler") || method == "cvode") continue;  // begin at order 1: no parabola
@@ -101,7 +101,7 @@ TEST(Events, ABouncingPointMeetsTheFloorWhenTheClosedFormSays) {
   }
 }
 
-TEST(Events, RowsAreDueBetweenThemAsWithoutThem) {
+TEST(Events, DoNotShiftOutputRows) {
   SimulationSettings how = settings("dopri5", 1, 0.01, 1e-9);
   how.output_interval = 0.01;
   Floor floor(1, 1);
@@ -114,7 +114,7 @@ TEST(Events, RowsAreDueBetweenThemAsWithoutThem) {
   }
 }
 
-TEST(Events, SeveralAtOneMomentComeTogetherAndInOrderOtherwise) {
+TEST(Events, SimultaneousOnesComeTogetherOthersInOrder) {
   Floor floor(3, 0.5);
   const Trajectory path = run_with(falling({1, 0.5, 1}), settings("dop853", 0.6, 0.01, 1e-9), floor);
   std::vector<std::string> names;
@@ -124,7 +124,7 @@ TEST(Events, SeveralAtOneMomentComeTogetherAndInOrderOtherwise) {
 }
 
 /// A pendulum's angle, watched against a limit that it passes by a hair and comes back within one long step.
-TEST(Events, AnExcursionWithinOneStepIsNotMissed) {
+TEST(Events, FindsAnExcursionWithinOneStep) {
   Scene scene;
   scene.gravity.setZero();
   scene.solids = {
@@ -147,7 +147,7 @@ TEST(Events, AnExcursionWithinOneStepIsNotMissed) {
   }
 }
 
-TEST(Events, ThatOnlyNoteChangeNothing) {
+TEST(Events, NotesDoNotChangeTheMotion) {
   Scene scene = roundabout();
   const SimulationSettings how = settings("dopri5", 2, 0.01, 1e-8);
   const Trajectory without = run(scene, how);
@@ -175,7 +175,7 @@ TEST(Events, OnConstraintsAreLocatedThere) {
   }
 }
 
-TEST(Events, WithoutEndAtOneMomentAreRefused) {
+TEST(Events, EndlessOnesAtOneTimeAreRefused) {
   struct Stuck : Floor {
     Stuck() : Floor(1, 0) {}
     void evaluate(const State& state, const Kinematics&, std::span<EventValue> values) override {
@@ -195,7 +195,7 @@ TEST(Events, WithoutEndAtOneMomentAreRefused) {
 
 // Functions that wave a hundred thousand times within a step and never come through zero: one of them is
 // looked at as finely as looks go, of sixteen the step says that they cannot be told.
-TEST(Events, MoreLooksThanAStepAllowsAreRefused) {
+TEST(Events, TooManyChecksInAStepAreRefused) {
   struct Waves : Floor {
     explicit Waves(int count) : Floor(count, 1) {}
     void evaluate(const State& state, const Kinematics&, std::span<EventValue> values) override {

@@ -25,7 +25,7 @@ TEST(Extrapolation, EachRowAddsTwoOrders) {
   EXPECT_NEAR(std::log2(error(16) / error(32)), 4, 0.3);
 }
 
-TEST(Extrapolation, MeetsItsToleranceWithFewEvaluationsWhereItIsTight) {
+TEST(Extrapolation, NeedsFewEvaluationsAtTightTolerances) {
   for (double tolerance : {1e-6, 1e-9, 1e-12}) {
     FunctionFlow flow = bernoulli();
     Extrapolation method(tolerance);
@@ -40,7 +40,7 @@ TEST(Extrapolation, MeetsItsToleranceWithFewEvaluationsWhereItIsTight) {
   }
 }
 
-TEST(Extrapolation, OfOneOrderMeetsItsToleranceAtThePriceOfItsOrder) {
+TEST(Extrapolation, FixedOrderMeetsItsToleranceAtItsCost) {
   // steps go as the tolerance to the power 1 / (order - 1), that of the estimate; ten to the third of it less
   for (int rows = 2; rows <= 4; ++rows) {
     const auto steps_to = [&](double tolerance) {
@@ -58,7 +58,7 @@ TEST(Extrapolation, OfOneOrderMeetsItsToleranceAtThePriceOfItsOrder) {
 }
 
 // Rows 1 to n by 2, 4, ..., 2 n substeps ask for n^2 slopes beside the first, in any order.
-TEST(Extrapolation, RowsSideBySideAreThoseOneByOne) {
+TEST(Extrapolation, ParallelRowsEqualSequentialRows) {
   for (int rows = 4; rows <= 8; ++rows) {
     Eigen::VectorXd y(4), dy(4), at_once(4), one_by_one(4);
     y << 1, -0.3, 0.2, 0.7;
@@ -87,7 +87,7 @@ TEST(Extrapolation, RowsSideBySideAreThoseOneByOne) {
   }
 }
 
-TEST(Extrapolation, RowsSideBySideTakeHardlyLongerThanTheLongest) {
+TEST(Extrapolation, ParallelRowsCostLittleMoreThanTheLongest) {
   for (int rows = 4; rows <= 8; ++rows) {
     SpringsInLanes flow;
     Eigen::VectorXd y(4), dy(4), out(4);
@@ -98,7 +98,7 @@ TEST(Extrapolation, RowsSideBySideTakeHardlyLongerThanTheLongest) {
   }
 }
 
-TEST(Extrapolation, MeetsItsToleranceSideBySide) {
+TEST(Extrapolation, ParallelRowsMeetTheTolerance) {
   const auto end_of = [](bool in_lanes, double tolerance, Eigen::VectorXd& y) {
     SpringsInLanes flow;
     flow.in_lanes = in_lanes;
@@ -115,7 +115,7 @@ TEST(Extrapolation, MeetsItsToleranceSideBySide) {
   }
 }
 
-TEST(Extrapolation, SideBySideAStepIsShortenedWhereTheFunctionEnds) {
+TEST(Extrapolation, ParallelStepIsShortenedWhenTheFunctionFails) {
   SpringsInLanes flow;
   Eigen::VectorXd y(4), dy(4), out(4);
   y << 2.9, 0, 2, 0;

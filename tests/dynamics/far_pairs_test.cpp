@@ -36,7 +36,7 @@ Scene loose_things(Random& random) {
   return scene;
 }
 
-TEST(FarPairs, WhatIsFarStaysApartForSoLong) {
+TEST(FarPairs, DistantPairsStayApartForThePromisedTime) {
   Random random(4);
   int far = 0, near = 0;
   for (int trial = 0; trial < 40; ++trial) {

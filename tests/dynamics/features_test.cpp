@@ -19,7 +19,7 @@ SimulationSettings to_accuracy(double end, double accuracy) {
 
 // A mass thrown up at 10 m/s touches a stiff spring a little below its apex: free flight, a piece of an
 // oscillation m z'' = -m g - k (z - bound), free flight.
-TEST(Features, AStopThatIsOnlyGrazedActs) {
+TEST(Features, GrazedStopActs) {
   const double speed = 10, apex = speed * speed / (2 * g), k = 1e5, end = 1.5, w = std::sqrt(k);
   for (const double room : {0.1, 0.01, 0.001}) {
     const double bound = apex - room, meet = std::sqrt(2 * g * room);
@@ -106,7 +106,7 @@ double returns_to(const Table& f, double end) {
   return (near + far) / 2;
 }
 
-TEST(Features, ACamTurnsBackWhatCannotClimbIt) {
+TEST(Features, CamTurnsBackASlowFollower) {
   for (const double apart : {0.001, 0.01, 0.1}) {
     const Table table = bump(apart, 1);
     const double x = returns_to(table, 8);
@@ -122,7 +122,7 @@ TEST(Features, ACamTurnsBackWhatCannotClimbIt) {
   }
 }
 
-TEST(Features, StepsOfOneLengthThatPassOverABumpAreDistrusted) {
+TEST(Features, FixedStepsThatSkipABumpAreDistrusted) {
   const Trajectory path = run(cam(bump(0.001, 1)), settings("rk4", 8, 0.05));
   EXPECT_FALSE(path.certificate.trusted);
   EXPECT_NE(path.certificate.reason.find("miss changes of the function of constraint"), std::string::npos)
@@ -130,7 +130,7 @@ TEST(Features, StepsOfOneLengthThatPassOverABumpAreDistrusted) {
 }
 
 // Over smooth ground a table with many knots costs no more steps than the sine that it was made from.
-TEST(Features, ManyKnotsOfASmoothTableShortenNoStep) {
+TEST(Features, ManyKnotsOfASmoothTableDoNotShortenSteps) {
   std::vector<double> at, values;
   for (int i = 0; i <= 20000; ++i) {
     at.push_back(-1 + i * 5e-4);
@@ -147,7 +147,7 @@ TEST(Features, ManyKnotsOfASmoothTableShortenNoStep) {
 
 // Half a joule, and a wire raised by 5 cm under a weight of 100 N: 5 J. It turns back where it is 5 mm up;
 // before the ripples that the spline has about the place, the wire is level.
-TEST(Features, AWireTurnsBackABeadThatCannotClimbIt) {
+TEST(Features, WireTurnsBackASlowBead) {
   PointOnCurve wire;
   wire.point = {"bead", {0, 0, 0}};
   wire.curve = {"world"};
@@ -168,7 +168,7 @@ TEST(Features, AWireTurnsBackABeadThatCannotClimbIt) {
   }
 }
 
-TEST(Features, ChaosIsDistrustedByNumbersThatMeanSomething) {
+TEST(Features, EstimatedErrorOfChaosIsMeaningful) {
   Scene scene = chain(3, false, 2);
   const Trajectory path = run(scene, to_accuracy(60, 1e-6));
   ASSERT_FALSE(path.certificate.trusted);

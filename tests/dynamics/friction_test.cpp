@@ -22,7 +22,7 @@ Constraint over_plane(const Vector3d& normal, double friction, double restitutio
   return {"ground", kind};
 }
 
-TEST(Friction, StopsWhatSlidesInAPlaneAsItStopsAnyOther) {
+TEST(Friction, StopsPlanarMotionAsSpatialMotion) {
   for (double turn : {0., 0.5, M_PI / 2, 2.}) {
     SCOPED_TRACE(turn);
     const Vector3d along(std::cos(turn), std::sin(turn), 0);
@@ -36,7 +36,7 @@ TEST(Friction, StopsWhatSlidesInAPlaneAsItStopsAnyOther) {
   }
 }
 
-TEST(Friction, HoldsWhatIsPressedOnAWall) {
+TEST(Friction, HoldsABodyPressedOnAWall) {
   Scene scene;
   scene.solids = {solid("ball", "world", {slide("x", Vector3d::UnitX(), 0.1), slide("z", Vector3d::UnitZ())},
                         {ball_inertial()})};
@@ -49,7 +49,7 @@ TEST(Friction, HoldsWhatIsPressedOnAWall) {
   EXPECT_NEAR(last(slips.q)[1], -0.5 * (g - 8), 1e-8);
 }
 
-TEST(Friction, ImpactsInAPlaneAreThoseOfSpace) {
+TEST(Friction, PlanarImpactsEqualSpatialOnes) {
   for (double speed : {0.05, 2.})
     for (ImpactLaw law : {ImpactLaw::sequential, ImpactLaw::simultaneous}) {
       std::vector<Eigen::VectorXd> ends;
@@ -98,7 +98,7 @@ Vector2d carried(double r, double alpha, double mu, double end) {
   return y.head<2>();
 }
 
-TEST(Friction, OfATurntableThatSpinsUpCarriesAndLetsGo) {
+TEST(Friction, OfAnAcceleratingTurntableCarriesThenSlips) {
   const Vector2d expected = carried(0.5, 1, 0.3, 4);
   for (const char* method : {"dopri5", "dop853", "gbs", "gauss16", "rk4_adaptive"})
     for (double tolerance : {1e-9, 1e-10}) {
@@ -118,7 +118,7 @@ TEST(Friction, OfATurntableThatSpinsUpCarriesAndLetsGo) {
     }
 }
 
-TEST(Friction, ABoxAtRestIsTrustedHoweverLong) {
+TEST(Friction, BoxAtRestIsTrustedForLongRuns) {
   for (double end : {10., 1000.})
     for (const char* method : {"dopri5", "dop853"}) {
       SCOPED_TRACE(fmt::format("{} for {} s", method, end));

@@ -39,7 +39,7 @@ TEST(Gallery, AndrewsSqueezerEndsAtThePublishedAngles) {
   EXPECT_EQ(t.certificate.residuals.size(), 6u);
 }
 
-TEST(Gallery, StepsThatTheConstraintsMoveFarAreTriedAgain) {
+TEST(Gallery, StepsWithLargeProjectionsAreRepeated) {
   // at a coarse tolerance the mechanism's whirl makes steps whose estimate says less than how far they leave
   // the constraints; at a fine one estimates hold
   const auto tried_again = [](double tolerance) {
@@ -57,7 +57,7 @@ TEST(Gallery, StepsThatTheConstraintsMoveFarAreTriedAgain) {
   EXPECT_FALSE(tried_again(1e-8));
 }
 
-TEST(Gallery, PointOnACircleEndsWhereTheBenchmarkSays) {
+TEST(Gallery, PointOnACircleMatchesTheBenchmark) {
   const Trajectory t = run(sample("a01.toml"));
   // IFToMM A01; 300 steps at a tolerance of 1e-11 a step, and errors that grow like the time
   EXPECT_NEAR(t.q(t.q.rows() - 1, 0), -.275087462576117, 1e-8);
@@ -85,7 +85,7 @@ double mathieu(double g_over_l, double a_over_l, double w, double start, double 
   return x;
 }
 
-TEST(Gallery, KapitzasPendulumStaysUprightAboveItsLimitAndFallsBelow) {
+TEST(Gallery, KapitzasPendulumStaysUprightOnlyAboveItsLimit) {
   const double g = 9.81, a = 0.02, limit = std::sqrt(2 * g) / a;  // of w, for l = 1: a^2 w^2 = 2 g l
   const auto shaken = [&](double rate, double start, double end) {
     Scene scene = sample("kapitza.toml");
@@ -113,7 +113,7 @@ TEST(Gallery, KapitzasPendulumStaysUprightAboveItsLimitAndFallsBelow) {
 }
 
 // The tilt of a nearly upright top, its axis (x, y) as xi = x + i y: I1 xi'' - i I3 w xi' - m g l xi = 0.
-TEST(Gallery, TheTopSleepsAboveItsLimitAndWakesBelow) {
+TEST(Gallery, TopSleepsOnlyAboveItsLimit) {
   const double I1 = 1.5e-3, I3 = 4e-4, mgl = 0.5 * 9.81 * 0.05;
   const double limit = std::sqrt(4 * mgl * I1) / I3;
   EXPECT_NEAR(limit, 95.90, 0.005);
@@ -162,7 +162,7 @@ TEST(Gallery, TheTopSleepsAboveItsLimitAndWakesBelow) {
 
 // Landau and Lifshitz, Mechanics, 37: with moments I1 < I2 < I3, energy E and momentum M, M^2 > 2 E I2 or
 // below, w2 is an elliptic sine; it passes zero every 2 K(k) / n.
-TEST(Gallery, DzhanibekovsPlateFlipsInItsPeriodAndKeepsEnergyAndMomentum) {
+TEST(Gallery, DzhanibekovsPlateFlipsInItsPeriod) {
   Scene scene = sample("spinning_plate.toml");
   scene.simulation.output_interval = 1e-3;
   const Trajectory t = run(scene);

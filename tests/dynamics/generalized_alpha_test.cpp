@@ -33,7 +33,7 @@ double spectral_radius(double r, double hw) {
   return (next.inverse() * now).eval().eigenvalues().cwiseAbs().maxCoeff();
 }
 
-TEST(GeneralizedAlpha, DampsModesAsItsSpectralRadiusSays) {
+TEST(GeneralizedAlpha, DampsModesByItsSpectralRadius) {
   for (double r : {0., 0.5, 0.9, 1.}) {
     // infinitely stiff: the radius itself, to 1 / (h w)^2 times the multiplicity of the eigenvalue, three
     EXPECT_NEAR(spectral_radius(r, 1e9), r, 1e-4);
@@ -62,7 +62,7 @@ TEST(GeneralizedAlpha, DampsModesAsItsSpectralRadiusSays) {
   }
 }
 
-TEST(GeneralizedAlpha, KeepsATopsWay) {
+TEST(GeneralizedAlpha, IsOfSecondOrderOnAHeavyTop) {
   // Arnold and Bruels' heavy top, its centre at 1 s by dop853, at two steps: second order
   Scene top;
   top.solids = {solid("top", "world", {ball("turn", identity_quaternion(), {0, 150, -4.61538})},
@@ -93,7 +93,7 @@ TEST(GeneralizedAlpha, MeetsConstraintsWithinTheStep) {
   EXPECT_LT(held.work_projection_size, put_back.work_projection_size);
 }
 
-TEST(GeneralizedAlpha, SurvivesStiffnessAndRedundantRows) {
+TEST(GeneralizedAlpha, HandlesStiffnessAndRedundantRows) {
   // a stiff dashpot (rate 1e6 / s, steps of 0.01 s) beside two rods of which one is redundant
   Scene scene;
   scene.solids = {solid("point", "world",

@@ -16,7 +16,7 @@ Solid bead(const Vector3d& p, const Vector3d& v) {
   return solid("bead", "world", switches, {inertial(1, {0, 0, 0}, {0, 0, 0})});
 }
 
-TEST(Guides, ABeadRunsDownAStraightWire) {
+TEST(Guides, BeadSlidesDownAStraightWire) {
   // the same by a line, and by a curve through points of it
   const Vector3d along = Vector3d(1, 2, -2) / 3, start(0.3, -0.1, 0.5);
   const std::vector<Vector3d> points{start - along, start, start + 0.7 * along, start + 3 * along};
@@ -37,7 +37,7 @@ TEST(Guides, ABeadRunsDownAStraightWire) {
   }
 }
 
-TEST(Guides, ABeadRunsDownAHelix) {
+TEST(Guides, BeadSlidesDownAHelix) {
   // radius 1 m, pitch angle a: s = g sin a t^2 / 2; from rest, far from the curve's ends
   const double climb = 0.5, length = std::sqrt(1 + climb * climb), end = 1.5;
   const auto place = [&](double turn) { return Vector3d(std::cos(turn), std::sin(turn), -climb * turn); };
@@ -59,7 +59,7 @@ TEST(Guides, ABeadRunsDownAHelix) {
   EXPECT_NEAR(order(errors[0], errors[1]), 4, 0.5) << errors[0] << " and " << errors[1];
 }
 
-TEST(Guides, AClosedCurveIsAPendulumsCircle) {
+TEST(Guides, ClosedCurveActsAsAPendulumsCircle) {
   PointOnCurve ring{{"bead", {0, 0, 0}}, {"world"}, {}, true};
   for (int i = 0; i < 100; ++i)
     ring.through.push_back({std::sin(2 * M_PI * i / 100), 0, -std::cos(2 * M_PI * i / 100)});
@@ -75,7 +75,7 @@ TEST(Guides, AClosedCurveIsAPendulumsCircle) {
   EXPECT_LT(last(t.v).norm(), 1e-5);
 }
 
-TEST(Guides, AnAngleIsAConesMotion) {
+TEST(Guides, AngleConstraintGivesMotionOnACone) {
   // a point mass on a ball joint whose rod keeps an angle to the vertical: w^2 = g / (l cos) round and round
   const double angle = 0.6, w = std::sqrt(g / std::cos(angle));
   Scene scene;
@@ -91,7 +91,7 @@ TEST(Guides, AnAngleIsAConesMotion) {
   EXPECT_NEAR(t.multipliers(0, 0), 0, 1e-12);
 }
 
-TEST(Guides, AnAngleFollowsItsFunction) {
+TEST(Guides, AngleFollowsItsFunction) {
   Scene scene;
   scene.gravity.setZero();
   scene.solids = {solid("door", "world", {hinge("hinge", Vector3d::UnitZ(), 0.5)}, {link()})};
@@ -102,7 +102,7 @@ TEST(Guides, AnAngleFollowsItsFunction) {
   EXPECT_NEAR(last(t.q)[0], 1.1, 1e-12);
 }
 
-TEST(Guides, ParallelDirectionsAndPointsTwiceAreRefused) {
+TEST(Guides, ParallelDirectionsAndRepeatedPointsAreRefused) {
   const auto complaint = [](const ConstraintKind& kind) {
     Scene scene = chain(2, false);
     scene.constraints = {{"it", kind}};
@@ -135,7 +135,7 @@ Scene geared(const TimeFunction& function) {
   return scene;
 }
 
-TEST(Coupled, AGearPassesTheTorqueOn) {
+TEST(Coupled, GearTransmitsTorque) {
   // (0.5 + 9 * 0.02) a = 2, pinion = 0.4 - 3 wheel
   const Trajectory t = run(geared(linear(0.4, -3)), settings("rk4", 1.5, 0.1));
   EXPECT_TRUE(t.certificate.trusted) << t.certificate.reason;
@@ -147,7 +147,7 @@ TEST(Coupled, AGearPassesTheTorqueOn) {
   EXPECT_LT(t.certificate.assembly_position, 1e-15);
 }
 
-TEST(Coupled, AKneesSlideFollowsItsFlexionsSpline) {
+TEST(Coupled, KneeSlideFollowsItsSpline) {
   // one coordinate x with the slide f(x): (J + m f'^2) x'' + m f' f'' x'^2 = -m g f'
   const Table spline({-0.5, 0, 0.6, 1.2, 2}, {0.02, 0, -0.03, -0.05, -0.04});
   Scene scene;
@@ -169,7 +169,7 @@ TEST(Coupled, AKneesSlideFollowsItsFlexionsSpline) {
   EXPECT_NEAR(last(t.q)[0], spline(last(t.q)[1]).value, 1e-12);
 }
 
-TEST(Coupled, AChainStartsWhereItsFunctionsSay) {
+TEST(Coupled, ChainStartsAtItsFunctionValues) {
   Scene scene = geared(linear(0.4, -3));
   Switch third = slide("rack", Vector3d::UnitX());
   third.q.clear();
@@ -182,7 +182,7 @@ TEST(Coupled, AChainStartsWhereItsFunctionsSay) {
   EXPECT_NEAR(system.initial.v[2], (0.1 + pinion) * rate, 1e-15);
 }
 
-TEST(Coupled, WhatCannotBeCoupledIsRefused) {
+TEST(Coupled, InvalidCouplingsAreRefused) {
   const auto complaint = [](const std::string& joint) {
     const auto scene = parse_scene(
         fmt::format("[[solid]]\nname = \"a\"\njoint = [{{rotation = \"x\", name = \"q\"}}, {}]\nmass = 1\n"
@@ -210,7 +210,7 @@ TEST(Coupled, WhatCannotBeCoupledIsRefused) {
 
 // ---- short forms ----
 
-TEST(ShortForms, StandForTheirSwitches) {
+TEST(ShortForms, EqualTheirSwitches) {
   const std::string text = R"(
 [[solid]]
 name = "a"
@@ -251,7 +251,7 @@ tensor = [1, 1, 1]
   EXPECT_EQ(need(write_scene(back)), need(write_scene(scene)));
 }
 
-TEST(ShortForms, RefuseWhatTheyDoNotTake) {
+TEST(ShortForms, RefuseInvalidValues) {
   const auto complaint = [](const std::string& joint) {
     const auto scene = parse_scene("[[solid]]\nname = \"a\"\njoint = " + joint + "\n", "s.toml");
     return scene ? std::string() : scene.error().message();

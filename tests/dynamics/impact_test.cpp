@@ -36,7 +36,7 @@ VectorXd balls(const ShockResult& result, int n) {
   return v;
 }
 
-TEST(Impact, OneAfterTheOtherPassTheSpeedThroughTheCradle) {
+TEST(Impact, SequentialLawPassesTheSpeedThroughTheCradle) {
   for (const auto law : {RestitutionLaw::newton, RestitutionLaw::poisson}) {
     const ShockResult result = resolve(row_of(5, 1), ImpactLaw::sequential, law, 1e-6);
     ASSERT_TRUE(result.settled);
@@ -45,7 +45,7 @@ TEST(Impact, OneAfterTheOtherPassTheSpeedThroughTheCradle) {
   }
 }
 
-TEST(Impact, AllAtOnceTheCradlePartsAsNewtonsLawSays) {
+TEST(Impact, SimultaneousLawSplitsTheCradleByNewtonsLaw) {
   // Glocker, Set-valued force laws (2001), and others: (-.6, .4, .4, .4, .4)
   const ShockResult result = resolve(row_of(5, 1), ImpactLaw::simultaneous, RestitutionLaw::newton, 1e-6);
   ASSERT_TRUE(result.settled);
@@ -56,7 +56,7 @@ TEST(Impact, AllAtOnceTheCradlePartsAsNewtonsLawSays) {
   EXPECT_FALSE(result.energetic);
 }
 
-TEST(Impact, WithoutReboundAllLawsMakeTheRowGoOnTogether) {
+TEST(Impact, WithoutRestitutionTheRowMovesTogether) {
   for (const auto law : {ImpactLaw::sequential, ImpactLaw::simultaneous}) {
     const ShockResult result = resolve(row_of(5, 0), law, RestitutionLaw::newton, 1e-6);
     ASSERT_TRUE(result.settled);
@@ -81,7 +81,7 @@ Shock rod(double angle, double slip, double restitution, double friction) {
   return shock;
 }
 
-TEST(Impact, ARodsEndThatSlipsThroughoutFollowsItsClosedForm) {
+TEST(Impact, SlippingRodEndFollowsItsClosedForm) {
   // friction 0.1 cannot stop 5 m/s: p_n = (1 + e) / (G_nn - mu G_nt), p_t = -mu p_n
   const Shock shock = rod(1, 5, 0.5, 0.1);
   const ShockResult result = resolve(shock, ImpactLaw::sequential, RestitutionLaw::newton, 1e-6);
@@ -92,7 +92,7 @@ TEST(Impact, ARodsEndThatSlipsThroughoutFollowsItsClosedForm) {
   EXPECT_FALSE(result.energetic);
 }
 
-TEST(Impact, NoLawGivesEnergy) {
+TEST(Impact, NoLawAddsEnergy) {
   // Newton's law with friction gives energy to some of these; the work of the impulses tells
   int scaled = 0;
   for (const auto law : {ImpactLaw::sequential, ImpactLaw::simultaneous})

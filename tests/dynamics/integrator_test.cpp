@@ -6,7 +6,7 @@
 namespace borelli::test {
 namespace {
 
-TEST(Integrator, EveryNameMakesItsMethod) {
+TEST(Integrator, EveryNameGivesItsMethod) {
   for (const std::string& name : integrator_names()) {
     const auto method = make_integrator(name, 1e-6);
     ASSERT_TRUE(method) << name;
@@ -16,7 +16,7 @@ TEST(Integrator, EveryNameMakesItsMethod) {
   }
 }
 
-TEST(Integrator, AnUnknownNameIsRefusedWithTheKnownOnes) {
+TEST(Integrator, RefusesUnknownNamesAndListsKnownOnes) {
   const auto method = make_integrator("rk5", 1e-6);
   ASSERT_FALSE(method);
   EXPECT_EQ(method.error().message(),

@@ -33,7 +33,7 @@ void for_each_scene(Test&& test) {
   }
 }
 
-TEST(Jacobian, OfAPointIsThatOfDifferences) {
+TEST(Jacobian, OfAPointMatchesDifferences) {
   for_each_scene([](const System& system, const State& state) {
     const SolidPoint at{"s4", {0.2, -0.3, 0.1}};
     const PointMotion now = need(point_motion(system, state, at));
@@ -59,7 +59,7 @@ TEST(Jacobian, OfAPointIsThatOfDifferences) {
   });
 }
 
-TEST(Jacobian, OfTheMomentumGivesItAndItsRate) {
+TEST(Jacobian, OfTheMomentumGivesMomentumAndItsRate) {
   for_each_scene([](const System& system, const State& state) {
     const auto look = [&](const State& at) { return need(evaluate(system, at)); };
     const Evaluation now = look(state);
@@ -80,7 +80,7 @@ TEST(Jacobian, OfTheMomentumGivesItAndItsRate) {
 }
 
 // Euler's laws: weight alone changes the momentum of a free body, and not about its gravity centre.
-TEST(Jacobian, MomentumChangesByWeightAlone) {
+TEST(Jacobian, MomentumChangesOnlyByWeight) {
   Scene scene;
   Random random(9);
   scene.solids = {solid("a", "world", free_switches("a"), {random.inertia().inertial()}),
@@ -93,7 +93,7 @@ TEST(Jacobian, MomentumChangesByWeightAlone) {
   EXPECT_LT((rate.tail<3>() - now.momenta.mass * scene.gravity).norm(), 1e-11);
 }
 
-TEST(Jacobian, OfWhatIsNotThereIsRefused) {
+TEST(Jacobian, OfAMissingSolidIsRefused) {
   const System system = compiled(chain(2, false));
   EXPECT_EQ(point_motion(system, system.initial, {"none", {0, 0, 0}}).error().message(),
             "point of 'none': the scene has no solid of this name");
@@ -104,7 +104,7 @@ TEST(Jacobian, OfWhatIsNotThereIsRefused) {
 }
 
 #ifdef BORELLI_MUJOCO
-TEST(Jacobian, IsMuJoCos) {
+TEST(Jacobian, MatchesMuJoCo) {
   for (Joints joints : {Joints::hinges, Joints::balls, Joints::mixed, Joints::free}) {
     const Twin twin = TwinMaker(5, joints, 6).make();
     const System system = compiled(twin.scene);

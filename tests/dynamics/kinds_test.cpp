@@ -15,7 +15,7 @@
 namespace borelli::test {
 namespace {
 
-TEST(AddingAKind, ExamplesAreOfFewerThanFortyLines) {
+TEST(AddingAKind, ExamplesHaveFewerThanFortyLines) {
   for (const char* name :
        {"scene/switch_swing", "scene/effort_attraction", "scene/constraint_same_height", "methods/heun"}) {
     std::ifstream file(test::doc_examples() + "/dynamics/" + name + ".hpp");
@@ -26,7 +26,7 @@ TEST(AddingAKind, ExamplesAreOfFewerThanFortyLines) {
   }
 }
 
-TEST(AddingAKind, TheSwitchTurnsAboutItsPoint) {
+TEST(AddingAKind, SwitchRotatesAboutItsPoint) {
   Random random(3);
   const Swing swing{random.direction(), random.vector(1)};
   const Pose X_WA{rotation_matrix(random.turn()), random.vector(1)};
@@ -52,7 +52,7 @@ TEST(AddingAKind, TheSwitchTurnsAboutItsPoint) {
   for (int i = 0; i < 3; ++i) EXPECT_LT((R_rate.col(i) - w.cross(R.col(i))).norm(), 1e-14);
 }
 
-TEST(AddingAKind, TheEffortPullsDownTheSlopeOfItsPotential) {
+TEST(AddingAKind, EffortIsTheGradientOfItsPotential) {
   Scene scene = random_tree(4, {.balls = true});
   const Attraction kind{{"s3", {0.1, 0.2, 0.3}}, {"s5", {1, 0, 0}}, 2};
   scene.efforts = {{"place", PointSpring{kind.a, kind.b, 0, 0, 0}}};  // the same sites
@@ -79,7 +79,7 @@ TEST(AddingAKind, TheEffortPullsDownTheSlopeOfItsPotential) {
   EXPECT_GT(std::abs(power), 0.01);
 }
 
-TEST(AddingAKind, TheConstraintsRowIsTheSlopeOfItsHeight) {
+TEST(AddingAKind, ConstraintRowIsTheGradientOfItsHeight) {
   Scene scene = random_tree(4, {.balls = true});
   const SameHeight kind{{"s3", {0.1, 0.2, 0.3}}, {"s5", {1, 0, 0}}};
   scene.constraints = {{"place", Distance{kind.a, kind.b, constant(1)}}};  // the same sites, one row
@@ -108,7 +108,7 @@ TEST(AddingAKind, TheConstraintsRowIsTheSlopeOfItsHeight) {
   EXPECT_NEAR(now.E[0], (rows_at(x).rate[0] - rows_at(-x).rate[0]) / (2 * h), tolerance);
 }
 
-TEST(AddingAKind, TheIntegratorIsOfSecondOrder) {
+TEST(AddingAKind, IntegratorIsOfSecondOrder) {
   Scene scene = chain(2, true, 0.5);
   const System system = compiled(scene);
   const auto end = [&](Integrator& integrator, int steps) {

@@ -65,7 +65,7 @@ void expect_slip(const Mover& mover, const std::string& a, const Plane& plane, c
   EXPECT_LT((now.rows.rate - expected.tail(held ? 3 : 2)).norm(), tolerance);
 }
 
-TEST(KinematicConstraints, ADiscsRowsAreTheVelocityOfItsLowestPoint) {
+TEST(KinematicConstraints, DiscRowsAreTheVelocityOfItsLowestPoint) {
   for (const std::string ground : {"s5", "world"})
     for (const bool held : {true, false}) {
       const RollingDisc disc{
@@ -84,7 +84,7 @@ TEST(KinematicConstraints, ADiscsRowsAreTheVelocityOfItsLowestPoint) {
     }
 }
 
-TEST(KinematicConstraints, ASpheresRowsAreTheVelocityOfItsLowestPoint) {
+TEST(KinematicConstraints, SphereRowsAreTheVelocityOfItsLowestPoint) {
   for (const std::string ground : {"s5", "world"}) {
     const RollingSphere ball{{"s3", {0.1, 0.2, 0.3}}, 0.4, {{ground, {1, 0, 0}}, {2, 0, 1}}, true};
     const Mover mover = tree_with(ball);
@@ -94,7 +94,7 @@ TEST(KinematicConstraints, ASpheresRowsAreTheVelocityOfItsLowestPoint) {
   }
 }
 
-TEST(KinematicConstraints, AKnifeEdgesRowIsItsPointsVelocityAcross) {
+TEST(KinematicConstraints, KnifeEdgeRowIsTheSidewaysVelocity) {
   for (const std::string ground : {"s5", "world"}) {
     const Vector3d point(0.1, 0.2, 0.3), normal = Vector3d(1, 2, -1).normalized();
     const Mover mover = tree_with(KnifeEdge{{"s3", point}, normal, {ground}});
@@ -118,7 +118,7 @@ void expect_held(const Trajectory& t) {
 // with rolling W d = -r w (w: the whole turn along the axis) and the moments about its centre,
 // (C + m r^2) w W sin x - A W^2 sin x cos x + m g r cos x = 0 (as of Neimark and Fufaev, Dynamics of
 // Nonholonomic Systems, chapter 2); for a thin disc W^2 = g cot x / (1.5 d + 0.25 r cos x).
-TEST(KinematicConstraints, ALeaningDiscRollsInACircle) {
+TEST(KinematicConstraints, LeaningDiscRollsInACircle) {
   for (Equations equations : {Equations::recursive, Equations::lagrange}) {
     Scene scene = sample("rolling_disc.toml");
     scene.simulation.equations = equations;
@@ -162,12 +162,12 @@ void expect_turntable_motion(Scene scene, const Vector3d& gravity) {
   }
 }
 
-TEST(KinematicConstraints, ABallOnATurntableGoesInCircles) {
+TEST(KinematicConstraints, BallOnATurntableMovesInCircles) {
   const Scene scene = sample("turntable.toml");
   expect_turntable_motion(scene, {0, 0, -9.81});
 }
 
-TEST(KinematicConstraints, ABallOnATiltedTurntableDriftsAcrossTheSlope) {
+TEST(KinematicConstraints, BallOnATiltedTurntableDriftsAcrossTheSlope) {
   const Scene scene = sample("turntable.toml");
   expect_turntable_motion(scene, 9.81 * Vector3d(std::sin(0.1), 0, -std::cos(0.1)));
 }
@@ -199,7 +199,7 @@ TEST(KinematicConstraints, ChaplyginsSleighStraightensOut) {
 
 // ---- assembly, faults ----
 
-TEST(KinematicConstraints, PositionsAreAssembledAcrossABlade) {
+TEST(KinematicConstraints, AssemblyMovesPositionsAcrossABlade) {
   // the plane's row and the blade's are the same direction: only the first has a position to put right
   Scene scene;
   scene.solids = {solid("skate", "world",
@@ -220,7 +220,7 @@ TEST(KinematicConstraints, PositionsAreAssembledAcrossABlade) {
   EXPECT_LT(std::abs(last(t.q)[1]), 1e-15);
 }
 
-TEST(KinematicConstraints, ADiscThatLiesFlatIsNamedWithItsLine) {
+TEST(KinematicConstraints, NamesAFlatDiscWithItsLine) {
   Scene scene = sample("rolling_disc.toml");
   scene.solids[0].switches = free_switches("disc");
   std::get<RollingDisc>(scene.constraints[0].kind).axis = Vector3d::UnitZ();
@@ -230,7 +230,7 @@ TEST(KinematicConstraints, ADiscThatLiesFlatIsNamedWithItsLine) {
   EXPECT_NE(t.error().what.find("lies flat"), std::string::npos);
 }
 
-TEST(KinematicConstraints, ARadiusThatIsNoneIsRefusedWithItsLine) {
+TEST(KinematicConstraints, RefusesAnInvalidRadiusWithItsLine) {
   for (const char* name : {"rolling_disc.toml", "turntable.toml"}) {
     Scene scene = sample(name);
     std::visit(

@@ -49,7 +49,7 @@ TEST_P(KinematicsOfTrees, AccelerationsAreTheRatesOfVelocities) {
   }
 }
 
-TEST_P(KinematicsOfTrees, SecondDerivativesAreThoseOfTheFirst) {
+TEST_P(KinematicsOfTrees, SecondDerivativesMatchDifferencesOfTheFirst) {
   const Kinematics now = after(0);
   for (int j = 0; j < system.nv; ++j) {  // along each free unit velocity
     const auto moved = [&](double s) {

@@ -25,7 +25,7 @@ std::vector<double> all_after(const Knots& knots, double t, double end) {
   return out;
 }
 
-TEST(Knots, AreWhereThePiecesOfTablesMeetAndHalfwayBetween) {
+TEST(Knots, LieAtTheEndsAndMiddlesOfTablePieces) {
   const System once = compiled(pushed(Table({1, 2, 4}, {0, 1, 0})));
   const Knots knots(once, once.parameters);
   EXPECT_EQ(all_after(knots, 0, 100), (std::vector<double>{1, 1.5, 2, 3, 4}));
@@ -59,7 +59,7 @@ std::array<double, 2> pushed_by(const Table& table, double t) {
   return {place, speed};
 }
 
-TEST(Knots, LetNoErrorOfATablePassUnseen) {
+TEST(Knots, KeepTheErrorOfTablesInTolerance) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> value(-10, 10), width(0.05, 0.6);
   std::vector<double> times{0}, values{value(random)};
@@ -85,7 +85,7 @@ TEST(Knots, LetNoErrorOfATablePassUnseen) {
 }
 
 // A pulse of 30 us late in a long run: only there are steps as short.
-TEST(Knots, AShortPieceHoldsNoSteps) {
+TEST(Knots, ShortPieceShortensOnlyItsOwnSteps) {
   const Table pulse({9, 9.00001, 9.00002, 9.00003}, {0, 1e5, 1e5, 0}, SplineEnds::clamped);
   const System system = compiled(pushed(pulse));
   const Trajectory t = run(system, settings("dop853", 10, 0.01, 1e-10));

@@ -39,7 +39,7 @@ double mass_matrix_derivative(const System& system, const Kinematics& k, int i, 
 
 // Scalar coordinates only, where the velocities are rates of coordinates; time enters by driven ones, whose
 // rates are the extended velocities and whose accelerations add A a.
-TEST(Lagrange, BiasIsThePapersEquation11) {
+TEST(Lagrange, BiasEqualsThePapersEquation11) {
   for (unsigned seed = 0; seed < 10; ++seed) {
     const System system = compiled(random_tree(seed, {.balls = false, .drives = true}));
     State state = Random(seed + 50).state(system);
@@ -63,7 +63,7 @@ TEST(Lagrange, BiasIsThePapersEquation11) {
   }
 }
 
-TEST(Lagrange, MassMatrixDerivativeIsThatOfTheMassMatrix) {  // so that the test above rests on A itself
+TEST(Lagrange, MassMatrixDerivativeMatchesDifferences) {  // so that the test above rests on A itself
   const System system = compiled(random_tree(3, {}));
   const State state = Random(53).state(system);
   const auto terms = [&](const Eigen::VectorXd& q) {
@@ -106,7 +106,7 @@ Scene two_bars(double m1, double m2) {
   return scene;
 }
 
-TEST(Lagrange, DoublePendulumObeysItsEquationsWrittenOut) {
+TEST(Lagrange, DoublePendulumObeysItsExplicitEquations) {
   Random random(9);
   for (double m2 : {0.2, 1.0, 5.0, 1e6, 1e-6}) {  // mass ratios to a million either way
     const System system = compiled(two_bars(1, m2));
@@ -133,7 +133,7 @@ TEST(Lagrange, KineticEnergyIsHalfTheMassMatrixTwiceTheVelocity) {
 // A bead on a hoop that turns about its vertical diameter with f(t) (Goldstein, Classical Mechanics,
 // section 2.4 and exercises): m r^2 a = m r^2 f'^2 sin cos - m g r sin; the drive exerts d/dt (m r^2 sin^2
 // f').
-TEST(Lagrange, BeadOnADrivenHoopAndTheDrivesTorque) {
+TEST(Lagrange, BeadOnADrivenHoopGivesTheDriveTorque) {
   const double m = 0.3, r = 0.7, g = 9.81;
   Scene scene;
   scene.solids = {
@@ -149,7 +149,7 @@ TEST(Lagrange, BeadOnADrivenHoopAndTheDrivesTorque) {
   EXPECT_NEAR(e.kinetic_energy, 0.5 * m * r * r * (1.1 * 1.1 + s * s * rate * rate), 1e-13);
 }
 
-TEST(Lagrange, ADrivenBallExertsWhatMovesASolidSo) {
+TEST(Lagrange, DrivenBallExertsTheTorqueOfItsMotion) {
   // Euler's equations in the body: torque = I w' + w x I w, with w and w' of the prescribed turn by
   // differences
   Scene scene;

@@ -133,7 +133,7 @@ TEST(Modes, OnTheTangentSpaceOfConstraints) {
   EXPECT_LT(std::abs(linear.modes[0].shape[2]), 1e-12);  // it does not turn
 }
 
-TEST(Modes, OfWhatIsNotSteadyAreRefused) {
+TEST(Modes, OfUnsteadyStatesAreRefused) {
   const System system = compiled(double_pendulum());
   State state = system.initial;
   state.q[0] = 0.1;
@@ -147,7 +147,7 @@ TEST(Modes, OfWhatIsNotSteadyAreRefused) {
 
 // ---- equilibria ----
 
-TEST(Equilibrium, OfAChainIsDown) {
+TEST(Equilibrium, OfAChainHangsDown) {
   Scene scene = chain(5, true, 0.4);
   const System system = compiled(scene);
   const Equilibrium found = need(find_equilibrium(system, system.initial));
@@ -163,7 +163,7 @@ TEST(Equilibrium, OfALevelPendulum) {
 }
 
 // A mass on two springs under its weight, and one on a spring that is far from linear.
-TEST(Equilibrium, OfSpringsAreTheirClosedForms) {
+TEST(Equilibrium, OfSpringsMatchesTheirClosedForms) {
   Scene scene;
   scene.solids = {
       solid("m", "world", {slide("z", Vector3d::UnitZ(), 0.3)}, {inertial(2, {0, 0, 0}, {1, 1, 1})})};
@@ -214,7 +214,7 @@ TEST(Equilibrium, OfABall) {
   EXPECT_LT(centre.head<2>().norm(), 1e-9);
 }
 
-TEST(Equilibrium, ThatIsNotThereIsNamed) {
+TEST(Equilibrium, ExplainsAMissingEquilibrium) {
   Scene falling;
   falling.solids = {solid("stone", "world", {slide("x", Vector3d::UnitX()), slide("fall", Vector3d::UnitZ())},
                           {inertial(2, {0, 0, 0}, {1, 1, 1})})};

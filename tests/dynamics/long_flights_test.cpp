@@ -38,7 +38,7 @@ Scene balls(const std::vector<std::pair<double, double>>& heights, double restit
   return scene;
 }
 
-TEST(LongFlights, ABallThrownUpMeetsThePostThatItFallsOn) {
+TEST(LongFlights, BallThrownUpHitsThePostBelow) {
   for (const char* method : {"rk4_adaptive", "dopri5", "dop853", "gbs", "gauss16", "arkode"}) {
     SCOPED_TRACE(method);
     Scene scene;
@@ -60,7 +60,7 @@ TEST(LongFlights, ABallThrownUpMeetsThePostThatItFallsOn) {
   }
 }
 
-TEST(LongFlights, BallsInAColumnComeToRestOnEachOther) {
+TEST(LongFlights, ColumnOfBallsComesToRest) {
   for (double restitution : {0.3, 0.5, 0.7, 0.75, 0.9})
     for (const char* method : {"dopri5", "dop853"}) {
       SCOPED_TRACE(fmt::format("{} with {}", method, restitution));
@@ -71,7 +71,7 @@ TEST(LongFlights, BallsInAColumnComeToRestOnEachOther) {
     }
 }
 
-TEST(LongFlights, ASpinningRodKeepsItsEndsAboveTheFloor) {
+TEST(LongFlights, SpinningRodStaysAboveTheFloor) {
   Scene scene;
   scene.solids = {solid("rod", "world",
                         {slide("x", Vector3d::UnitX()), slide("z", Vector3d::UnitZ(), 6),
@@ -106,7 +106,7 @@ TEST(LongFlights, ASpinningRodKeepsItsEndsAboveTheFloor) {
     }
 }
 
-TEST(LongFlights, ABallMeetsWhatItWouldJumpOverInAStep) {
+TEST(LongFlights, FastBallHitsTheTargetWithinAStep) {
   for (double speed : {1., 30., 130., 500., 2000., 1e5}) {
     SCOPED_TRACE(speed);
     Scene scene;
@@ -136,7 +136,7 @@ TEST(LongFlights, ABallMeetsWhatItWouldJumpOverInAStep) {
   }
 }
 
-TEST(LongFlights, AnArmMeetsTheBallThatItTurnsTo) {
+TEST(LongFlights, RotatingArmHitsTheBall) {
   for (double speed : {7., 10., 20., 300.})
     for (double radius : {0.005, 0.02})
       for (const char* method : {"dopri5", "dop853", "gbs", "gauss16", "rk4_adaptive", "arkode"}) {
@@ -171,7 +171,7 @@ TEST(LongFlights, AnArmMeetsTheBallThatItTurnsTo) {
       }
 }
 
-TEST(LongFlights, RestsThatNumbersCannotTellFromFlightsEnd) {
+TEST(LongFlights, RestIsReachedWithinRounding) {
   // a fall from so far that the gap is known to a nanometre only
   Scene scene = balls({{2e6, 0}}, 0.5);
   scene.solids[0].inertials[0] = inertial(1, {0, 0, 0}, {4e9, 4e9, 4e9});
@@ -183,7 +183,7 @@ TEST(LongFlights, RestsThatNumbersCannotTellFromFlightsEnd) {
 
 class Boxes : public testing::TestWithParam<int> {};
 
-TEST_P(Boxes, OfAnySizeFallTurnSlideAndKeepAboveTheFloor) {
+TEST_P(Boxes, OfAnySizeStayAboveTheFloor) {
   std::mt19937 dice(GetParam());
   const auto draw = [&dice](double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(dice);
@@ -249,7 +249,7 @@ Scene pressed(double light, double heavy, double low, double high, double restit
   return scene;
 }
 
-TEST(MassesFarApart, ALightBallBearsAHeavyOne) {
+TEST(MassesFarApart, LightBallCarriesAHeavyOne) {
   for (double ratio : {1e2, 1e4, 1e6}) {
     SCOPED_TRACE(ratio);
     const Trajectory rest = run(pressed(1, ratio, 0.1, 0.3, 0.5, ImpactLaw::sequential));
@@ -258,7 +258,7 @@ TEST(MassesFarApart, ALightBallBearsAHeavyOne) {
   }
 }
 
-TEST(MassesFarApart, AHeavyBallFallsOnALightOne) {
+TEST(MassesFarApart, HeavyBallFallsOnALightOne) {
   for (double restitution : {0., 0.5})
     for (double ratio : {1e2, 1e4, 1e6}) {
       SCOPED_TRACE(fmt::format("{} with {}", ratio, restitution));

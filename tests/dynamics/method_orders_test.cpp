@@ -171,7 +171,7 @@ Case sleigh(ConstraintTreatment treatment) {
   return out;
 }
 
-TEST(MethodOrders, ShowOnEveryScene) {
+TEST(MethodOrders, AreReachedOnEveryScene) {
   for (const Case& one : {pendulum(), free_solid(), point_on_circle(ConstraintTreatment::projection),
                           point_on_circle(ConstraintTreatment::baumgarte),
                           sleigh(ConstraintTreatment::projection), sleigh(ConstraintTreatment::baumgarte)})

@@ -57,7 +57,7 @@ double first_touch(const Trajectory& path) {
   return -1;
 }
 
-TEST(MjcfContacts, WhatFallsMeetsThePlaneInTimeAndRestsOnIt) {
+TEST(MjcfContacts, FallingBodyHitsThePlaneOnTimeAndRests) {
   // the floor at 0.2 m, tilted by nothing; the box stands on a corner of its solid's axes
   const struct {
     const char* geom;
@@ -84,7 +84,7 @@ TEST(MjcfContacts, WhatFallsMeetsThePlaneInTimeAndRestsOnIt) {
   }
 }
 
-TEST(MjcfContacts, ABlockSlidesOnATiltedPlaneByTheGeomsFriction) {
+TEST(MjcfContacts, BlockOnATiltedPlaneFollowsTheGeomFriction) {
   // the larger friction counts (0.3), unless the other has priority; condim 1 has none
   const double tilt = 0.5, g = 9.81;
   const auto slides = [&](const std::string& block, double friction) {
@@ -105,7 +105,7 @@ TEST(MjcfContacts, ABlockSlidesOnATiltedPlaneByTheGeomsFriction) {
   slides("friction='.4' priority='-1' condim='3'", 0);  // the floor's condim is 1
 }
 
-TEST(MjcfContacts, TheHumanIsTheOneOfTheScene) {
+TEST(MjcfContacts, HumanEqualsThatOfTheSceneFile) {
   const std::filesystem::path path = shared_folder() + "/models/bench/human_contact.xml";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
   Scene model = need(read_model(path)).scene;
@@ -127,7 +127,7 @@ TEST(MjcfContacts, TheHumanIsTheOneOfTheScene) {
   EXPECT_LT((last(run(a, how).q) - last(run(b, how).q)).cwiseAbs().maxCoeff(), 1e-5);
 }
 
-TEST(MjcfContacts, WhatHasNoContactIsToldWhereItPassesThrough) {
+TEST(MjcfContacts, PassingThroughIsReportedWithTime) {
   const auto judged = [](const std::string& geom, double end) {
     const ModelFile model =
         read_text(over_floor("<body name='b' pos='0 0 1'><freejoint/>" + geom + "</body>"));
@@ -159,7 +159,7 @@ TEST(MjcfContacts, WhatHasNoContactIsToldWhereItPassesThrough) {
   EXPECT_NEAR(path.certificate.reason_time, 0.51, 1e-9);  // deeper than 5 mm at the next row
 }
 
-TEST(MjcfContacts, RoundedGeomsMeet) {
+TEST(MjcfContacts, RoundedGeomsCollide) {
   for (const char* geom : {"size='.5'", "type='capsule' size='.5 .2'"}) {
     const ModelFile model = two_that_meet(geom);
     EXPECT_TRUE(model.without_contact.empty());
@@ -174,7 +174,7 @@ TEST(MjcfContacts, RoundedGeomsMeet) {
   }
 }
 
-TEST(MjcfContacts, MorePairsThanThereIsRoomForAreSaid) {
+TEST(MjcfContacts, TooManyPairsAreReported) {
   std::string balls;
   for (int i = 0; i < 80; ++i) balls += "<body><freejoint/><geom size='.1'/></body>";
   const ModelFile model = read_text(over_floor(balls));
@@ -184,7 +184,7 @@ TEST(MjcfContacts, MorePairsThanThereIsRoomForAreSaid) {
       << model.not_modelled.motion[0];
 }
 
-TEST(MjcfContacts, WhatOverlapsAtTheStartIsPutApart) {
+TEST(MjcfContacts, OverlapsAtTheStartAreSeparated) {
   const ModelFile model =
       read_text(over_floor("<body name='b' pos='0 0 .05'><freejoint/><geom size='.1'/></body>"));
   SimulationSettings how = model.scene.simulation;
@@ -198,7 +198,7 @@ TEST(MjcfContacts, WhatOverlapsAtTheStartIsPutApart) {
             "move, mostly of coordinate 'b.z', by 0.05 m");
 }
 
-TEST(MjcfContacts, ImpossibleOnesAreRefused) {
+TEST(MjcfContacts, ImpossibleContactsAreRefused) {
   const Folder folder;
   const auto refused = [&](const std::string& xml, const std::string& part) {
     const auto model = read_model(folder.write("m.xml", xml));
@@ -216,7 +216,7 @@ TEST(MjcfContacts, ImpossibleOnesAreRefused) {
       "there is no geom named 'b'");
 }
 
-TEST(MjcfContacts, DistancesOfSegmentsAreTheLeast) {
+TEST(MjcfContacts, SegmentDistanceIsTheSmallest) {
   std::mt19937 engine(5);
   std::uniform_real_distribution<double> number(-1, 1);
   const auto point = [&] { return Vector3d(number(engine), number(engine), number(engine)); };
@@ -342,7 +342,7 @@ std::string random_heap(unsigned seed) {
       collision[pick(4)], pick(3) ? "enable" : "disable", plane(), geom(), inner[0], contact);
 }
 
-TEST(MjcfContacts, WhatMayTouchIsWhatMujocoLetsTouch) {
+TEST(MjcfContacts, PairsThatMayTouchEqualMujocos) {
   int contacts = 0, others = 0;
   for (unsigned seed = 1; seed <= 40; ++seed) {
     const Folder folder;
@@ -373,7 +373,7 @@ TEST(MjcfContacts, WhatMayTouchIsWhatMujocoLetsTouch) {
   EXPECT_GT(others, 300);
 }
 
-TEST(MjcfContacts, TheHumanTouchesTheFloorAndItselfWhereMujocoSeesItDo) {
+TEST(MjcfContacts, HumanContactsEqualMujocos) {
   const std::filesystem::path path = shared_folder() + "/models/bench/human_contact.xml";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
   // (its geoms have no names: MuJoCo's are given by their bodies')
@@ -410,7 +410,7 @@ TEST(MjcfContacts, TheHumanTouchesTheFloorAndItselfWhereMujocoSeesItDo) {
   EXPECT_GT(on_itself, 20);
 }
 
-TEST(MjcfContacts, ABallLandsWhenMujocosDoes) {
+TEST(MjcfContacts, BallLandsWhenMujocosDoes) {
   const Folder folder;
   const auto path = folder.write(
       "m.xml",

@@ -52,7 +52,7 @@ TEST(Mjcf, BenchmarkHuman) { expect_same_shared("bench/human.xml"); }
 
 const std::string inertial = "<inertial pos='.1 .2 -.3' mass='2' diaginertia='.02 .03 .04'/>";
 
-TEST(Mjcf, JointsOffTheOriginWithRefSpringsAndDampers) {
+TEST(Mjcf, JointsAwayFromTheOriginWithRefSpringsAndDampers) {
   expect_same_text(model(
       "<body pos='1 2 3' euler='10 20 30'>" + inertial +
       "<joint name='h' axis='1 2 3' pos='.1 .2 .3' ref='30' springref='-20' stiffness='7' damping='.5'/>"
@@ -64,7 +64,7 @@ TEST(Mjcf, JointsOffTheOriginWithRefSpringsAndDampers) {
       inertial + "<joint type='ball' pos='.1 .1 .1' stiffness='3' damping='.2'/></body></body></body>"));
 }
 
-TEST(Mjcf, ABallsSpringSeesItsOwnTurnAlone) {
+TEST(Mjcf, BallSpringDependsOnlyOnItsOwnRotation) {
   // hinges before the ball, in the same body
   expect_same_text(
       model("<body euler='40 -20 70'><joint axis='0 1 0' pos='.2 0 0'/>"
@@ -82,7 +82,7 @@ TEST(Mjcf, FreeJointsWithAndWithoutSprings) {
             inertial + "</body>"));
 }
 
-TEST(Mjcf, TheStartIsTheModelsPose) {
+TEST(Mjcf, StartIsTheModelsPose) {
   const Folder folder;
   const auto path = folder.write(
       "m.xml", model("<body pos='1 2 3' quat='.5 .1 -.7 .2'><freejoint name='root'/>" + inertial +
@@ -99,7 +99,7 @@ TEST(Mjcf, TheStartIsTheModelsPose) {
 
 // ---- frames, defaults, includes ----
 
-TEST(Mjcf, EveryWayToTurnAFrame) {
+TEST(Mjcf, EveryOrientationFormatIsRead) {
   for (const char* compiler :
        {"<compiler/>", "<compiler angle='radian' eulerseq='zyx'/>", "<compiler eulerseq='XYZ'/>",
         "<compiler eulerseq='xZy'/>", "<compiler eulerseq='ZXZ'/>"})
@@ -112,7 +112,7 @@ TEST(Mjcf, EveryWayToTurnAFrame) {
           compiler));
 }
 
-TEST(Mjcf, ClassesOfDefaultsNestAndYield) {
+TEST(Mjcf, DefaultClassesNestAndYield) {
   expect_same_text(
       model("<body childclass='arm'><joint/><geom/><geom pos='0 0 1' class='main'/>"
             "<body pos='1 0 0'><joint axis='0 1 0' class='stiff'/><geom class='stiff' euler='0 45 0'/>"
@@ -126,7 +126,7 @@ TEST(Mjcf, ClassesOfDefaultsNestAndYield) {
             "mass='2'/></default></default></default>"));
 }
 
-TEST(Mjcf, IncludesStandInTheirPlace) {
+TEST(Mjcf, IncludesReplaceTheirElement) {
   const Folder folder;
   folder.write("parts/arm.xml", "<mujoco><body name='arm'><joint axis='0 1 0'/>" + inertial +
                                     "<include file='parts/hand.xml'/></body></mujoco>");
@@ -145,7 +145,7 @@ TEST(Mjcf, GravityAndPassiveForcesCanBeSwitchedOff) {
   expect_same_text(model(body, "<option><flag passive='disable'/></option>"));
 }
 
-TEST(Mjcf, GravityIsCarriedByGravcomp) {
+TEST(Mjcf, GravcompCarriesTheWeight) {
   // (MuJoCo 2.2 has none.) A body that carries all of its weight does not fall
   const Folder folder;
   const System system =
@@ -197,7 +197,7 @@ TEST(Mjcf, InertiaOfEveryKindOfGeom) {
       1e-9);  // several geoms: MuJoCo diagonalises
 }
 
-TEST(Mjcf, WhichGeomsWeigh) {
+TEST(Mjcf, GeomsThatHaveMass) {
   const std::string body =
       "<body><joint axis='0 1 0'/><geom size='.2' pos='.5 0 0'/><geom size='.1' group='3' pos='0 0 1'/>"
       "<geom size='9' mass='0'/>";
@@ -268,7 +268,7 @@ TEST(Mjcf, LegacyMeshInertiaIsExactForConvexOnes) {
 
 // ---- equality ----
 
-TEST(Mjcf, EqualitiesHaveMujocosRows) {
+TEST(Mjcf, EqualitiesGiveMujocosRows) {
   const std::string arm = "<inertial pos='.1 0 -.3' mass='1' diaginertia='.1 .2 .25'/>";
   const Folder folder;
   const auto path = folder.write(
@@ -309,7 +309,7 @@ TEST(Mjcf, EqualitiesHaveMujocosRows) {
   EXPECT_EQ(start.rows[0], "connect of b and c[0]");
 }
 
-TEST(Mjcf, CurvedCouplingsHaveMujocosRowsAndValues) {
+TEST(Mjcf, CurvedCouplingsGiveMujocosRowsAndValues) {
   const std::string arm = "<inertial pos='.1 0 -.3' mass='1' diaginertia='.1 .2 .25'/>";
   const Folder folder;
   const auto path = folder.write(
@@ -353,5 +353,5 @@ TEST(Mjcf, CurvedCouplingsHaveMujocosRowsAndValues) {
 }  // namespace borelli::test::mjcf_test
 
 #else
-TEST(Mjcf, Agrees) { GTEST_SKIP() << "MuJoCo (libmujoco-dev) was not there at configuration"; }
+TEST(Mjcf, AgreesWithMujoco) { GTEST_SKIP() << "MuJoCo (libmujoco-dev) was not there at configuration"; }
 #endif

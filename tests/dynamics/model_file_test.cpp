@@ -23,7 +23,7 @@ const std::string urdf =
     "<mass value='1'/><inertia ixx='0' iyy='0' izz='0'/></inertial></link><joint name='j' type='continuous'>"
     "<parent link='base'/><child link='arm'/><axis xyz='0 1 0'/></joint></robot>";
 
-TEST(ModelFile, TheContentTellsTheKind) {
+TEST(ModelFile, ContentDecidesTheFormat) {
   const Folder folder;
   for (const auto& [name, text] :
        {std::pair("a.toml", toml), std::pair("a.xml", mjcf), std::pair("a.urdf", urdf),
@@ -39,14 +39,14 @@ TEST(ModelFile, TheContentTellsTheKind) {
   }
 }
 
-TEST(ModelFile, OnlyUrdfFloats) {
+TEST(ModelFile, FloatingAppliesOnlyToUrdf) {
   const Folder folder;
   EXPECT_FALSE(read_model(folder.write("a.toml", toml), {.floating = true}));
   EXPECT_FALSE(read_model(folder.write("a.xml", mjcf), {.floating = true}));
   EXPECT_TRUE(read_model(folder.write("a.urdf", urdf), {.floating = true}));
 }
 
-TEST(ModelFile, ASceneReadFromMjcfIsASceneInToml) {
+TEST(ModelFile, SceneFromMjcfRoundTripsThroughToml) {
   // all that the reader makes has its place in a scene's file, and comes back the same
   const Folder folder;
   const Scene scene =
@@ -67,7 +67,7 @@ TEST(ModelFile, ASceneReadFromMjcfIsASceneInToml) {
   EXPECT_EQ(need(evaluate(first, state)).acceleration, need(evaluate(second, state)).acceleration);
 }
 
-TEST(ModelFile, NothingOfMjcfIsDroppedSilently) {
+TEST(ModelFile, ListsEverythingDroppedFromMjcf) {
   const Folder folder;
   folder.write("more.xml", "<mujoco><custom><text name='a' data='b'/></custom></mujoco>");
   const auto lines =
@@ -120,7 +120,7 @@ TEST(ModelFile, AlignedFreeJointsAreListedAsChangingTheMotion) {
   EXPECT_TRUE(motion("alignfree='true'", "<freejoint/>", "<body>" + weight + "</body>").empty());
 }
 
-TEST(ModelFile, BadFilesEndInOneSentence) {
+TEST(ModelFile, BadFilesAreRefusedInOneSentence) {
   const Folder folder;
   folder.write("self.xml", "<mujoco><include file='round.xml'/></mujoco>");
   folder.write("round.xml", "<mujoco>\n<include file='self.xml'/></mujoco>");
@@ -195,7 +195,7 @@ TEST(ModelFile, BadFilesEndInOneSentence) {
   EXPECT_NE(read_model("/no/model.xml").error().message().find("no such file"), std::string::npos);
 }
 
-TEST(ModelFile, DeepTreesAreReadAndEndlessOnesRefused) {
+TEST(ModelFile, ReadsDeepTreesAndRefusesEndlessOnes) {
   const auto nested = [](int n) {
     std::string open, close;
     for (int i = 0; i < n; ++i) {

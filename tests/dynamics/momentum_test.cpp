@@ -28,7 +28,7 @@ Scene floating() {
 
 using Names = std::vector<std::string>;
 
-TEST(Momentum, IsFoundWhereTheSceneConservesIt) {
+TEST(Momentum, IsListedWhenConserved) {
   EXPECT_EQ(names(floating()),
             (Names{"linear momentum of 'a'", "angular momentum of 'a' about its gravity centre"}));
   EXPECT_EQ(names(roundabout()), Names{"angular momentum of 's1' about its axis"});
@@ -45,7 +45,7 @@ TEST(Momentum, IsFoundWhereTheSceneConservesIt) {
             (Names{"linear momentum of 'sledge'", "angular momentum of 'sledge' about its gravity centre"}));
 }
 
-TEST(Momentum, IsNotClaimedWhereSomethingHoldsOnToTheWorld) {
+TEST(Momentum, IsNotListedWhenTiedToTheWorld) {
   Scene scene = floating();
   scene.efforts = {{"inner", PointSpring{{"a", {0, 0, 0}}, {"b", {0.1, 0, 0}}, 1, 1, 0}}};
   EXPECT_EQ(names(scene).size(), 2u);
@@ -61,7 +61,7 @@ TEST(Momentum, IsNotClaimedWhereSomethingHoldsOnToTheWorld) {
   EXPECT_EQ(names(scene).size(), 0u);
 }
 
-TEST(Momentum, OfSolidsJoinedByASpringIsThatOfBoth) {
+TEST(Momentum, OfSolidsJoinedByASpringIsTheirSum) {
   Scene scene;
   Random random(6);
   for (const char* name : {"a", "b"})
@@ -74,7 +74,7 @@ TEST(Momentum, OfSolidsJoinedByASpringIsThatOfBoth) {
     EXPECT_LT(conserved.drift, 1e-8 * (1 + conserved.scale)) << conserved.name;
 }
 
-TEST(Momentum, IsKeptByRunsAndFallsByTheWeightsImpulse) {
+TEST(Momentum, IsConservedByRunsUpToTheWeightsImpulse) {
   for (const Scene& scene : {floating(), roundabout()}) {
     const Trajectory trajectory = run(compiled(scene), settings("rk4_adaptive", 3, 0.01, 1e-11));
     ASSERT_FALSE(trajectory.certificate.conserved.empty());

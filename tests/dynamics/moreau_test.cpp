@@ -44,7 +44,7 @@ Constraint between(const std::string& a, const std::string& b, double radius, do
   return {a + " on " + b, kind};
 }
 
-TEST(Moreau, ABlockOnASlopeSticksOrSlidesByCoulombsLaw) {
+TEST(Moreau, BlockOnASlopeFollowsCoulombsLaw) {
   const double tilt = 0.5, g = 9.81;
   for (double friction : {0.3, 0.7}) {  // tan(0.5) = 0.546
     Scene scene;
@@ -70,7 +70,7 @@ TEST(Moreau, ABlockOnASlopeSticksOrSlidesByCoulombsLaw) {
   }
 }
 
-TEST(Moreau, ABallThatBouncesComesToRest) {
+TEST(Moreau, BouncingBallComesToRest) {
   const double e = 0.5, height = 0.5, g = 9.81, h = 1e-4;
   Scene scene;
   scene.solids = {free_ball("ball", {0, 0, height + 0.1}, 0.1, 1)};
@@ -89,7 +89,7 @@ TEST(Moreau, ABallThatBouncesComesToRest) {
   EXPECT_GT(std::abs(last(run(scene, settings("moreau", 0.8 * rest, h)).v)[2]), 0.01);
 }
 
-TEST(Moreau, ConvergesToTheRunThatLocatesImpacts) {
+TEST(Moreau, ConvergesToTheEventRun) {
   // a ball thrown with spin on a floor that rubs, past its first two impacts
   Scene scene;
   Solid thrown = free_ball("ball", {0, 0, 0.4}, 0.1, 1);
@@ -109,7 +109,7 @@ TEST(Moreau, ConvergesToTheRunThatLocatesImpacts) {
   EXPECT_LT(fine, coarse / 16);
 }
 
-TEST(Moreau, KeepsMomentumAndNeverGivesEnergy) {
+TEST(Moreau, KeepsMomentumAndNeverAddsEnergy) {
   Scene scene;
   scene.gravity.setZero();
   Random random(5);
@@ -138,7 +138,7 @@ TEST(Moreau, KeepsMomentumAndNeverGivesEnergy) {
   EXPECT_TRUE(path.certificate.trusted) << path.certificate.reason;
 }
 
-TEST(Moreau, AHeapOfTwentyBallsComesToRest) {
+TEST(Moreau, HeapOfTwentyBallsComesToRest) {
   Scene scene;
   const double radius = 0.1, h = 2e-3;
   for (int i = 0; i < 20; ++i)  // five layers of four, each turned and shifted a little
@@ -169,7 +169,7 @@ TEST(Moreau, AHeapOfTwentyBallsComesToRest) {
   EXPECT_LT(c.energy_drift, 1e-2 * c.energy_turnover);
 }
 
-TEST(Moreau, RowsHoldWhatContactsPressWith) {
+TEST(Moreau, RecordsContactForces) {
   // a ball that bounces and comes to rest: all that its floor did is what changed its momentum
   Scene scene;
   scene.solids = {free_ball("ball", {0, 0, 0.4}, 0.1, 2)};
@@ -199,7 +199,7 @@ TEST(Moreau, RowsHoldWhatContactsPressWith) {
   EXPECT_NEAR(last(slips.multipliers).tail<2>().norm(), 0.01 * 2 * 9.81, 1e-5);
 }
 
-TEST(Moreau, MoreContactsThanAreUsualRestAtOnce) {
+TEST(Moreau, EightyContactsRestAtOnce) {
   Scene scene;
   for (int i = 0; i < 80; ++i) {
     const std::string name = fmt::format("b{}", i);
@@ -211,7 +211,7 @@ TEST(Moreau, MoreContactsThanAreUsualRestAtOnce) {
   for (const auto& residual : path.certificate.residuals) EXPECT_LT(residual.position, 1e-9);
 }
 
-TEST(Moreau, BooksWhatForcesAndDrivesDoOnWhatRests) {
+TEST(Moreau, CountsWorkOnRestingBodies) {
   Scene pressed;
   pressed.solids = {free_ball("ball", {0, 0, 0.1}, 0.1, 1)};
   pressed.constraints = {over_floor("ball", 0.1, 0, 0.5)};
@@ -255,7 +255,7 @@ Scene human_over_floor() {
 class MoreauInRegisters : public EachWidth {};
 INSTANTIATE_TEST_SUITE_P(OfEachWidth, MoreauInRegisters, ::testing::ValuesIn(all_widths()));
 
-TEST_P(MoreauInRegisters, AHumanFallsAndIsHeldUpByTheFloor) {
+TEST_P(MoreauInRegisters, HumanFallsOntoTheFloor) {
   const System system = compiled(human_over_floor());
   for (const double higher : {0., 0.001, 0.002}) {  // each falls into another heap
     State start = system.initial;
@@ -280,7 +280,7 @@ TEST_P(MoreauInRegisters, AHumanFallsAndIsHeldUpByTheFloor) {
   }
 }
 
-TEST(Moreau, AHumanFallsInLongStepsOfWhichFewAreMadeInParts) {
+TEST(Moreau, LongStepsOfAFallingHumanAreRarelySubdivided) {
   const System system = compiled(human_over_floor());
   for (const double step : {5e-3, 1e-2})
     for (const double higher : {0., 0.001, 0.002}) {
@@ -302,7 +302,7 @@ TEST(Moreau, AHumanFallsInLongStepsOfWhichFewAreMadeInParts) {
 
 // Newton's law along a line: what whole steps would pass through is met in parts, and no energy but the
 // law's is lost; where it is met is known to a part.
-TEST(Moreau, AFastBallMeetsWhatAWholeStepWouldPassThrough) {
+TEST(Moreau, FastBallDoesNotPassThroughATarget) {
   const double step = 1e-2, radius = 0.02, mass = 0.5, other = 2;
   int in_parts = 0;
   for (const double e : {0., 0.5, 1.})
@@ -332,7 +332,7 @@ TEST(Moreau, AFastBallMeetsWhatAWholeStepWouldPassThrough) {
 
 // A ball that rebounds without loss keeps its energy, however long the steps: what a moment of impact that is
 // known to a step only changes of it is bounded step by step, and on the whole, whether it gives or takes.
-TEST(Moreau, ReboundsWithoutLossNeitherGiveNorTakeEnergy) {
+TEST(Moreau, ElasticReboundsKeepEnergy) {
   for (const double height : {0.3, 0.5, 1., 2.})
     for (const double step : {2e-3, 5e-3, 1e-2, 2e-2})
       for (const double e : {1., 0.999}) {
@@ -353,7 +353,7 @@ TEST(Moreau, ReboundsWithoutLossNeitherGiveNorTakeEnergy) {
 }
 
 // Between two walls: more than one impact in a whole step.
-TEST(Moreau, ABallBetweenTwoWallsMeetsBothOrSaysThatItMayNot) {
+TEST(Moreau, BallBetweenTwoWallsHitsBothOrIsDistrusted) {
   for (const double room : {0.005, 0.02, 0.8})
     for (const double speed : {1., 3., 30., 200.}) {
       Scene scene;
@@ -376,7 +376,7 @@ TEST(Moreau, ABallBetweenTwoWallsMeetsBothOrSaysThatItMayNot) {
 
 // A ball pressed between a floor and a lid that comes down on it: no step, however short, has impulses for
 // that. The run says so, and costs some twenty steps for each of these.
-TEST(Moreau, WhatPartsDoNotMendIsNamedAndCostsAFewTimesAsMuch) {
+TEST(Moreau, UnsolvableStepsAreNamedAtBoundedCost) {
   Scene scene;
   scene.solids = {free_ball("ball", {0, 0, 0.1}, 0.1, 1),
                   solid("lid", "world", {driven(slide("down", Vector3d::UnitZ()), Polynomial{{0.25, -0.1}})},
@@ -427,7 +427,7 @@ Scene swinging_feet(Random& random) {
   return scene;
 }
 
-TEST(Moreau, PutsApartWhatMovesWhereItIsNearestWhenPutApart) {
+TEST(Moreau, CorrectsOverlapOfMovingFeet) {
   Random random(1);
   int met = 0;
   for (int trial = 0; trial < 200; ++trial) {
@@ -439,7 +439,7 @@ TEST(Moreau, PutsApartWhatMovesWhereItIsNearestWhenPutApart) {
 }
 
 // Rows that hold in the same scene, but of bodies that nothing else touches, change nothing of the others.
-TEST(Moreau, WhatIsTiedElsewhereChangesNothing) {
+TEST(Moreau, UnrelatedConstraintsChangeNothing) {
   Random random(1);
   int in_parts = 0;
   for (int trial = 0; trial < 50; ++trial) {
@@ -471,7 +471,7 @@ TEST(Moreau, WhatIsTiedElsewhereChangesNothing) {
 
 // Two balls on a rod (twice: one of its rows says nothing) come down on a floor one after the other, beside
 // the run that locates the impacts.
-TEST(Moreau, BallsOnARodLandAsInTheRunThatLocatesImpacts) {
+TEST(Moreau, BallsOnARodLandAsInEventRuns) {
   for (const bool twice : {false, true}) {
     Scene scene;
     scene.solids = {free_ball("left", {0, 0, 0.3}, 0.1, 1), free_ball("right", {0.4, 0, 0.6}, 0.1, 2)};
@@ -496,7 +496,7 @@ TEST(Moreau, BallsOnARodLandAsInTheRunThatLocatesImpacts) {
   }
 }
 
-TEST(Moreau, AHumansFallConvergesToTheRunThatLocatesImpacts) {
+TEST(Moreau, HumanFallConvergesToTheEventRun) {
   // feet that land, slip and stick, knees that give way: before it falls so chaotically that nothing
   // converges
   const Scene scene = human_over_floor();
@@ -512,7 +512,7 @@ TEST(Moreau, AHumansFallConvergesToTheRunThatLocatesImpacts) {
   EXPECT_LT(fine, 1e-3);
 }
 
-TEST(Moreau, RefusesWhatOverlapsAtTheStart) {
+TEST(Moreau, RefusesOverlapAtTheStart) {
   Scene scene;
   scene.solids = {free_ball("ball", {0, 0, 0.09}, 0.1, 1)};
   scene.constraints = {over_floor("ball", 0.1, 0, 0)};

@@ -73,7 +73,7 @@ void compare(const System& system, unsigned seed, const std::string& which) {
   compare_lanes<Lanes>(system, seed, which + ", eight");
 }
 
-TEST(MotionFlow, SlopesSideBySideAreThoseOneByOne) {
+TEST(MotionFlow, LaneDerivativesEqualSingleOnes) {
   compare(compiled(chain(7, true)), 1, "chain");
   compare(compiled(roundabout()), 2, "roundabout");
   int acted = 0;
@@ -92,7 +92,7 @@ TEST(MotionFlow, SlopesSideBySideAreThoseOneByOne) {
   EXPECT_GT(acted, 5);
 }
 
-TEST(MotionFlow, HasLanesWhereABatchCanHaveTheSceneAndTimeChangesNothing) {
+TEST(MotionFlow, HasLanesForTimeInvariantBatchScenes) {
   const auto fits = [](const Scene& scene, Equations equations = Equations::recursive) {
     const System system = compiled(scene);
     Workspace w(system, equations);
@@ -118,7 +118,7 @@ TEST(MotionFlow, HasLanesWhereABatchCanHaveTheSceneAndTimeChangesNothing) {
 }
 
 // Two turns about one line: elimination cannot tell what meets the first.
-TEST(MotionFlow, LosesItsLanesWhereOneHadToBeSolvedByItself) {
+TEST(MotionFlow, DropsItsLanesAfterASingularOne) {
   const System system = compiled(aligning_turns());
   Begun begun(system, 3);
   ASSERT_TRUE(begun.flow.has_lanes());

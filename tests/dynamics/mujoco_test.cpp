@@ -28,7 +28,7 @@ TEST(MuJoCo, AgreesOnHinges) {
 TEST(MuJoCo, AgreesOnBalls) {
   for (unsigned seed = 0; seed < 10; ++seed) compare(Joints::balls, 8, seed);
 }
-TEST(MuJoCo, AgreesOnMixedJointsSeveralToASolid) {
+TEST(MuJoCo, AgreesOnSeveralMixedJointsPerSolid) {
   for (unsigned seed = 0; seed < 10; ++seed) compare(Joints::mixed, 10, seed);
 }
 TEST(MuJoCo, AgreesOnTreesWithAFreeRoot) {
@@ -42,5 +42,5 @@ TEST(MuJoCo, AgreesOnAFreeSolid) {
 }  // namespace borelli::test
 
 #else
-TEST(MuJoCo, Agrees) { GTEST_SKIP() << "MuJoCo (libmujoco-dev) was not there at configuration"; }
+TEST(MuJoCo, AgreesOnAllModels) { GTEST_SKIP() << "MuJoCo (libmujoco-dev) was not there at configuration"; }
 #endif

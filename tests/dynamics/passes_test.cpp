@@ -61,7 +61,7 @@ std::vector<EffortKind> springs(double stiffness, double damping) {
           PdController{{"c11"}, stiffness, damping, {constant(0.1), constant(-0.2), constant(0.3)}}};
 }
 
-TEST(Efforts, SpringsPushDownTheSlopeOfTheirPotential) {
+TEST(Efforts, SpringsFollowTheGradientOfTheirPotential) {
   for (const EffortKind& kind : springs(30, 0)) {
     const Probe probe(tree_with(kind, false), 11);
     const Workspace now = probe.now();
@@ -74,7 +74,7 @@ TEST(Efforts, SpringsPushDownTheSlopeOfTheirPotential) {
   }
 }
 
-TEST(Efforts, SpringsWorkIsWhatTheirPotentialLosesAlsoOnDrivenSolids) {
+TEST(Efforts, SpringWorkEqualsTheLossOfPotential) {
   std::vector<EffortKind> kinds = springs(30, 2);
   kinds.push_back(PdController{{"c40"}, 30, 2, {Sine{}}});
   kinds.push_back(PdController{{"c11"}, 30, 2, {Sine{}, constant(0.1), Polynomial{{0.1, 0.5}}}});
@@ -91,7 +91,7 @@ TEST(Efforts, SpringsWorkIsWhatTheirPotentialLosesAlsoOnDrivenSolids) {
   }
 }
 
-TEST(Efforts, AnInternalPairMovesNoGravityCentre) {
+TEST(Efforts, InternalPairDoesNotMoveTheGravityCentre) {
   Scene scene;
   scene.gravity.setZero();
   Random random(3);
@@ -115,7 +115,7 @@ TEST(Efforts, AnInternalPairMovesNoGravityCentre) {
   EXPECT_LT((moment - couple).norm(), 1e-13);
 }
 
-TEST(Efforts, AForceWorksAlongItsPointsVelocity) {
+TEST(Efforts, ForceWorksAlongItsPointsVelocity) {
   Scene scene = random_tree(7, {.balls = true});
   scene.gravity.setZero();
   const Vector3d point(0.3, 0.1, -0.2), force(1, -2, 0.5);
@@ -195,7 +195,7 @@ class ConstraintKinds : public testing::TestWithParam<std::tuple<int, bool>> {
   Probe probe{scene(), 21};
 };
 
-TEST_P(ConstraintKinds, JacobianHoldsTheSlopesOfTheResidual) {
+TEST_P(ConstraintKinds, JacobianIsTheGradientOfTheResidual) {
   const Workspace now = probe.now();
   for (int i = 0; i < probe.system.nv; ++i) {
     const Eigen::VectorXd slope = (probe.along(i, h).rows.h - probe.along(i, -h).rows.h) / (2 * h);
@@ -207,7 +207,7 @@ TEST_P(ConstraintKinds, JacobianHoldsTheSlopesOfTheResidual) {
   }
 }
 
-TEST_P(ConstraintKinds, RateAndBiasAreTheDerivativesInTime) {
+TEST_P(ConstraintKinds, RateAndBiasAreTheTimeDerivatives) {
   const Workspace behind = probe.later(-h), now = probe.now(), ahead = probe.later(h);
   for (int r = 0; r < probe.system.rows; ++r) {
     if (probe.system.kinematic_rows[r]) continue;
@@ -217,7 +217,7 @@ TEST_P(ConstraintKinds, RateAndBiasAreTheDerivativesInTime) {
   EXPECT_LT((now.rows.E - (ahead.rows.rate - behind.rows.rate) / (2 * h)).norm(), tolerance);
 }
 
-TEST_P(ConstraintKinds, TheSolvedAccelerationKeepsTheSecondDerivativeZero) {
+TEST_P(ConstraintKinds, AccelerationKeepsTheSecondDerivativeZero) {
   Workspace w(probe.system);
   ASSERT_FALSE(accelerate(probe.system, probe.system.parameters, probe.state.t, probe.state.q.data(),
                           probe.state.v.data(), {}, w));
@@ -230,7 +230,7 @@ TEST_P(ConstraintKinds, TheSolvedAccelerationKeepsTheSecondDerivativeZero) {
 }
 
 // The rows over dual numbers: all that the derivatives of the dynamics are made of.
-TEST_P(ConstraintKinds, DerivativesOfTheDynamicsAreThoseOfDifferences) {
+TEST_P(ConstraintKinds, DynamicsDerivativesMatchDifferences) {
   const System& system = probe.system;
   const ForwardDerivatives exact = need(forward_derivatives(system, probe.state));
   const auto acceleration = [&](const Eigen::VectorXd& x, const Eigen::VectorXd& v) {
@@ -259,7 +259,7 @@ INSTANTIATE_TEST_SUITE_P(All, ConstraintKinds,
                          testing::Combine(testing::Range(0, int(constraints().size())), testing::Bool()));
 
 // |p|^2 c21 sin t + c20^2 - 1 by its code alone, against the derivatives written by hand above.
-TEST(Constraints, AFunctionsDerivativesComeFromItsCode) {
+TEST(Constraints, FunctionDerivativesComeFromItsCode) {
   std::vector<ConstraintKind> kinds = constraints();
   const auto found = std::find_if(kinds.begin(), kinds.end(), [](const ConstraintKind& kind) {
     return std::holds_alternative<FunctionConstraint>(kind);
@@ -284,7 +284,7 @@ TEST(Constraints, AFunctionsDerivativesComeFromItsCode) {
   EXPECT_LT((b.hessian - a.hessian).norm(), 1e-14);
 }
 
-TEST(Constraints, AHyperDualsFunctionsHaveTheirDerivatives) {
+TEST(Constraints, HyperDualFunctionsHaveTheirDerivatives) {
   const auto expect = [](const HyperDual& f, double value, double slope, double curvature) {
     EXPECT_NEAR(f.value, value, 1e-15);
     EXPECT_NEAR(f.d1, 2 * slope, 1e-14);
@@ -304,7 +304,7 @@ TEST(Constraints, AHyperDualsFunctionsHaveTheirDerivatives) {
   expect(abs(-x), v, 1, 0);
 }
 
-TEST(Constraints, ADistanceThatIsNotPositiveIsRefusedWithItsLine) {
+TEST(Constraints, RefusesANonPositiveDistanceWithItsLine) {
   for (const char* distance : {"-1", "0", "[0, 1]"}) {
     const std::string text = fmt::format(
         "[[solid]]\nname = \"bob\"\njoint = {{translation = \"x\"}}\nmass = 1\ntensor = [0, 0, "
@@ -318,7 +318,7 @@ TEST(Constraints, ADistanceThatIsNotPositiveIsRefusedWithItsLine) {
   }
 }
 
-TEST(Constraints, ARodBetweenPointsThatMeetIsNamed) {
+TEST(Constraints, NamesARodBetweenCoincidentPoints) {
   Scene scene = chain(1, false);
   scene.constraints = {{"rod", Distance{{"l0", {0, 0, 0}}, {"world", {0, 0, 0}}, constant(1)}}};
   const Result<Trajectory> out = simulate(compiled(scene));

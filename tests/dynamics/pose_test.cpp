@@ -22,7 +22,7 @@ TEST(Pose, ComposesAndInvertsLikeEigensTransforms) {
   }
 }
 
-TEST(Quaternion, MultipliesAndTurnsLikeEigens) {
+TEST(Quaternion, MultipliesAndRotatesLikeEigens) {
   Random random(2);
   for (int i = 0; i < 20; ++i) {
     const Quaternion a = random.turn(), b = random.turn();
@@ -34,7 +34,7 @@ TEST(Quaternion, MultipliesAndTurnsLikeEigens) {
   }
 }
 
-TEST(Quaternion, OfAMatrixIsThatOfTheSameTurn) {
+TEST(Quaternion, OfAMatrixGivesTheSameRotation) {
   Random random(3);
   for (int i = 0; i < 20; ++i) {
     const Matrix3d R = rotation_matrix(random.turn());

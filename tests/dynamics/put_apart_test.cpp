@@ -42,7 +42,7 @@ std::string moved(const System& system, State& state) {
   return out ? *out : "";
 }
 
-TEST(PutApart, TwoMoveByTheirMassesInverse) {
+TEST(PutApart, TwoBodiesMoveInverselyToTheirMasses) {
   const System system = compiled(row_of_balls({0, 0.15}, {1, 3}));
   State state = system.initial;
   const std::string words = moved(system, state);
@@ -54,7 +54,7 @@ TEST(PutApart, TwoMoveByTheirMassesInverse) {
   EXPECT_EQ(moved(system, state), "");
 }
 
-TEST(PutApart, WhatTouchesThoseThatMoveIsMovedToo) {
+TEST(PutApart, MovesNeighboursInContactToo) {
   // the second and third just touch: then all three move, as least squares have it (-2d/3, d/3, d/3)
   const System system = compiled(row_of_balls({0, 0.17, 0.37}, {1, 1, 1}));
   State state = system.initial;
@@ -65,7 +65,7 @@ TEST(PutApart, WhatTouchesThoseThatMoveIsMovedToo) {
   EXPECT_NEAR(state.q[2], 0.37 + d / 3, 1e-9);
 }
 
-TEST(PutApart, OtherConstraintsHold) {
+TEST(PutApart, KeepsOtherConstraints) {
   // two pendulums of 1 m, whose bobs overlap: they swing apart, each by the same angle
   Scene scene;
   for (int i = 0; i < 2; ++i) {
@@ -93,7 +93,7 @@ TEST(PutApart, OtherConstraintsHold) {
   EXPECT_NEAR(state.q.head<3>().norm(), 1, 1e-9);
 }
 
-TEST(PutApart, AHeapComesApart) {
+TEST(PutApart, SeparatesAHeap) {
   Random random(3);
   Scene scene;
   for (int i = 0; i < 30; ++i) {
@@ -131,7 +131,7 @@ TEST(PutApart, AHeapComesApart) {
   EXPECT_LT(farthest, 4 * radius);  // most overlapped, some by all but their size
 }
 
-TEST(PutApart, WhatHasNowhereToGoEndsByName) {
+TEST(PutApart, NamesContactsWithoutRoom) {
   Scene scene = row_of_balls({0, 0.15, 0.3}, {1, 1, 1});
   scene.solids[0].switches = {fixed({0, 0, 0}, Eigen::Matrix3d::Identity())};
   scene.solids[2].switches = {fixed({0.3, 0, 0}, Eigen::Matrix3d::Identity())};
@@ -145,7 +145,7 @@ TEST(PutApart, WhatHasNowhereToGoEndsByName) {
 }
 
 // A ball on a slide parallel to the plane, and a welded ball: no coordinate moves them off the plane.
-TEST(PutApart, NamesAContactThatNoCoordinateParts) {
+TEST(PutApart, NamesAContactThatNoCoordinateSeparates) {
   for (const bool slides : {true, false}) {
     Scene scene;
     scene.solids = {solid("ball", "world", {fixed({0, 0, 0.05})}, {inertial(1, {0, 0, 0}, {1, 1, 1})})};
@@ -172,7 +172,7 @@ TEST(PutApart, NamesAContactThatNoCoordinateParts) {
   }
 }
 
-TEST(PutApart, ARunBeginsWhereNothingOverlaps) {
+TEST(PutApart, RunStartsWithoutOverlap) {
   for (const char* method : {"moreau", "dop853"}) {
     SimulationSettings how = settings(method, 0.1, 1e-3);
     how.put_apart = true;

@@ -18,7 +18,7 @@ std::vector<JointReaction> reactions_at(const Scene& scene, const State& state) 
   return need(Reactions::of(scene)).at(state, e.acceleration, e.multipliers);
 }
 
-TEST(Reaction, OfAPendulumIsItsTension) {
+TEST(Reaction, OfAPendulumEqualsItsTension) {
   const double mass = 2, length = 1.5;
   Scene scene;
   scene.solids = {solid("bob", "world", {fixed({1, 2, 3}), hinge("swing", Vector3d::UnitY())},
@@ -37,7 +37,7 @@ TEST(Reaction, OfAPendulumIsItsTension) {
     }
 }
 
-TEST(Reaction, OfAHangingChainIsTheWeightBelow) {
+TEST(Reaction, OfAHangingChainEqualsTheWeightBelow) {
   const Scene scene = chain(5, true);
   const auto r = reactions_at(scene, compiled(scene).initial);
   for (int i = 0; i < 5; ++i) {
@@ -49,7 +49,7 @@ TEST(Reaction, OfAHangingChainIsTheWeightBelow) {
 
 // A bar of four welded and locked pieces of 0.5 m, each of 3 kg, stands out of a wall: the moment at each
 // weld is that of the weight beyond it.
-TEST(Reaction, OfWeldsAndLockedJointsAreABeams) {
+TEST(Reaction, OfWeldsAndLockedJointsEqualsABeams) {
   Scene scene;
   for (int i = 0; i < 4; ++i) {
     std::vector<Switch> joint{fixed({i ? 0.5 : 0, 0, 0}, rotation_about(Vector3d::UnitX(), 0.3))};
@@ -74,7 +74,7 @@ TEST(Reaction, OfWeldsAndLockedJointsAreABeams) {
 // Along the twist of a joint's last switch the reaction does what is left of its own row of the equations:
 // the efforts on the coordinate itself, and the drive. (That A, B, Q, L and the drives' efforts are right is
 // tested elsewhere.) All kinds of joints, springs, forces, constraints; welds and locks on the way.
-TEST(Reaction, AlongEachCoordinateIsWhatActsOnIt) {
+TEST(Reaction, AlongEachCoordinateEqualsItsEffort) {
   int compared = 0;
   for (const bool constrained : {false, true})
     for (unsigned seed = 0; seed < 40; ++seed) {
@@ -147,7 +147,7 @@ TEST(Reaction, IsWrittenForEveryRowOfATrajectory) {
 }
 
 // What a ball that lies on the ground has from it is a contact's; through its joints goes nothing.
-TEST(Reaction, KnowsTheForcesOfContacts) {
+TEST(Reaction, IncludesContactForces) {
   Scene scene;
   scene.solids = {
       solid("ball", "world", free_switches("ball"), {inertial(1, {0, 0, 0}, {0.004, 0.004, 0.004})})};
@@ -163,7 +163,7 @@ TEST(Reaction, KnowsTheForcesOfContacts) {
 }
 
 #ifdef BORELLI_MUJOCO
-TEST(Reaction, IsMuJoCosInteractionForce) {
+TEST(Reaction, MatchesMuJoCosInteractionForce) {
   for (Joints joints : {Joints::hinges, Joints::balls, Joints::mixed, Joints::free})
     for (unsigned seed : {5u, 6u}) {
       const Twin twin = TwinMaker(seed, joints, 6).make();

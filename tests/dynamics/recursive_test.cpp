@@ -149,7 +149,7 @@ TEST(Recursive, EqualsLagrangeOnSmallRandomScenes) { compare_random(3, false); }
 TEST(Recursive, EqualsLagrangeOnRandomScenes) { compare_random(12, false); }
 TEST(Recursive, EqualsLagrangeOnConstrainedRandomScenes) { compare_random(12, true); }
 TEST(Recursive, EqualsLagrangeWithWeldsKept) { compare_random(12, false, Welds::kept); }
-TEST(Recursive, EqualsLagrangeWhereWeightAloneActs) { compare_random(12, false, Welds::merged, false); }
+TEST(Recursive, EqualsLagrangeUnderWeightAlone) { compare_random(12, false, Welds::merged, false); }
 TEST(Recursive, EqualsLagrangeOnLongChains) {
   const System system = compiled(chain(30, true));
   compare(system, Random(1).state(system), "chain");
@@ -158,7 +158,7 @@ TEST(Recursive, EqualsLagrangeOnLongChains) {
 // What is computed side by side: limbs of one form with other numbers, on solids of a random scene and on the
 // world, from two to nine of each; with springs and forces on some, with rotors, some carried by solids
 // without mass, and with parameters that are changed afterwards.
-TEST(Recursive, AlikeLimbsEqualLagrange) {
+TEST(Recursive, IdenticalLimbsEqualLagrange) {
   int compared = 0, massless_trees = 0, lanes_used[Quad::count + 1] = {};
   for (unsigned seed = 0; seed < 60; ++seed) {
     Scene scene = RandomScene(seed, 5, false).scene;
@@ -229,7 +229,7 @@ TEST(Recursive, AlikeLimbsEqualLagrange) {
 
 // Balls at the very origin of what carries them leave it a mass to push and nothing else; hinges beside them
 // more, and that must not last until the next evaluation.
-TEST(Recursive, AlikeBallsAtTheirCarriersOriginEqualLagrange) {
+TEST(Recursive, IdenticalBallsAtTheOriginEqualLagrange) {
   int balls_first = 0;
   for (const bool listed_first : {true, false}) {
     Random random(7);
@@ -254,7 +254,7 @@ TEST(Recursive, AlikeBallsAtTheirCarriersOriginEqualLagrange) {
 }
 
 // With Welds::kept, a base that is welded to the world is a body. The limbs on it still start at rest.
-TEST(Recursive, AlikeLimbsOnWhatIsWeldedEqualLagrange) {
+TEST(Recursive, IdenticalLimbsOnWeldedBasesEqualLagrange) {
   for (const int welded : {1, 2}) {
     Random random(11);
     Scene scene;
@@ -283,7 +283,7 @@ TEST(Recursive, AlikeLimbsOnWhatIsWeldedEqualLagrange) {
 
 // Hands on balls, side by side, on arms and on the world: what is known of them in their own axes is found
 // again when they change.
-TEST(Recursive, PendantsFollowTheirInertials) {
+TEST(Recursive, PendantsUseChangedInertials) {
   for (const bool on_arms : {true, false}) {
     Random random(3);
     Scene scene;
@@ -331,7 +331,7 @@ TEST(Recursive, PendantsFollowTheirInertials) {
 }
 
 // Accelerations that were given are forgotten where none are.
-TEST(Recursive, MotionWithoutAccelerationsIsThatOfOneNeverGivenAny) {
+TEST(Recursive, ForgetsGivenAccelerations) {
   for (const Equations equations : {Equations::lagrange, Equations::recursive}) {
     const System system = compiled(RandomScene(1, 6, false).scene);
     const State state = Random(501).state(system);
@@ -354,7 +354,7 @@ TEST(Recursive, MotionWithoutAccelerationsIsThatOfOneNeverGivenAny) {
 
 // A rack of pendulums, each alone on the world: what they need of their parameters is found once, and again
 // when these change.
-TEST(Recursive, PendulumsFollowTheirParameters) {
+TEST(Recursive, PendulumsUseChangedParameters) {
   for (unsigned seed = 0; seed < 20; ++seed) {
     SCOPED_TRACE(seed);
     Random random(seed);
@@ -414,7 +414,7 @@ TEST(Recursive, PendulumsFollowTheirParameters) {
 
 // The mass matrix asks for poses only; over drives that carry free coordinates, over balls and over many
 // branches.
-TEST(Recursive, PosesAloneGiveTheSameMassMatrix) {
+TEST(Recursive, MassMatrixNeedsOnlyPoses) {
   for (unsigned seed = 0; seed < 10; ++seed) {
     const System system = compiled(random_tree(seed, {.balls = true, .drives = true}));
     const Parameters& p = system.parameters;
@@ -463,7 +463,7 @@ TEST(Recursive, InverseDynamicsLosesNoDigitsFarFromTheOrigin) {
             1e-14);
 }
 
-TEST(Recursive, ACoordinateThatMeetsNoInertiaIsNamed) {
+TEST(Recursive, NamesACoordinateWithoutInertia) {
   // two hinges about one axis in one point: the first can always follow the second
   Scene scene;
   scene.solids = {solid("a", "world", {hinge("first", Vector3d::UnitY())}, {}),
@@ -478,7 +478,7 @@ TEST(Recursive, ACoordinateThatMeetsNoInertiaIsNamed) {
 
 // A bar's moment about its own axis may be as small as one likes beside the others: it is inertia, not
 // rounding.
-TEST(Recursive, AThinBarTurnsAboutItsAxis) {
+TEST(Recursive, ThinBarRotatesAboutItsAxis) {
   Scene scene;
   scene.gravity.setZero();
   scene.solids = {solid("bar", "world", {hinge("spin", Vector3d::UnitZ())},
@@ -493,7 +493,7 @@ TEST(Recursive, AThinBarTurnsAboutItsAxis) {
 
 // A hinge that carries a slide along its own arc has nothing to turn but its own inertia: what else meets it
 // is the rounding of what it carries at a distance.
-TEST(Recursive, InertiaLostBesideWhatIsCarriedFarOutIsNamed) {
+TEST(Recursive, NamesInertiaLostInRounding) {
   const Vector3d out(1.1, 0.3, 0), along = Vector3d::UnitZ().cross(out).normalized();
   for (const double own : {1e-15, 1e-6}) {
     Scene scene;
@@ -519,7 +519,7 @@ TEST(Recursive, InertiaLostBesideWhatIsCarriedFarOutIsNamed) {
 }
 
 // What accelerations are held against is no less than what a body resists about any axis.
-TEST(Recursive, ABodysBoundIsNoLessThanItsInertia) {
+TEST(Recursive, InertiaBoundIsNotBelowTheInertia) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> number(-1, 1);
   for (int i = 0; i < 100; ++i) {
@@ -573,7 +573,7 @@ TEST(Recursive, BallsOfThinBarsEqualLagrange) {
   }
 }
 
-TEST(Recursive, SimulationsCoincide) {
+TEST(Recursive, SimulationsEqualLagrange) {
   for (bool constrained : {false, true}) {
     Scene scene = constrained ? chain(4, true, 0.3) : roundabout();
     if (constrained)

@@ -15,7 +15,7 @@ TEST(RotationVector, ExponentialIsRodriguesFormula) {
   }
 }
 
-TEST(RotationVector, LogarithmUndoesTheExponential) {
+TEST(RotationVector, LogarithmInvertsTheExponential) {
   Random random(2);
   for (double angle : {0.0, 1e-12, 1e-7, 1e-6, 1e-3, 0.5, 3.14}) {
     const Vector3d theta = angle * random.direction();
@@ -24,7 +24,7 @@ TEST(RotationVector, LogarithmUndoesTheExponential) {
   }
 }
 
-TEST(RotationVector, LogarithmTakesTheShorterWay) {
+TEST(RotationVector, LogarithmTakesTheShorterRotation) {
   const Vector3d theta(0, 0, 4);  // 4 rad one way are 2 pi - 4 the other
   EXPECT_LT((logarithm(exponential(theta)) - Vector3d(0, 0, 4 - 2 * M_PI)).norm(), 1e-14);
 }
@@ -39,7 +39,7 @@ Vector3d difference_velocity(const Vector3d& theta, const Vector3d& rate) {
   return {W(2, 1), W(0, 2), W(1, 0)};
 }
 
-TEST(RotationVector, BodyVelocityIsThatOfTheMovingMatrix) {
+TEST(RotationVector, BodyVelocityMatchesTheMovingMatrix) {
   Random random(3);
   for (double angle : {0.0, 1e-3, 0.049, 0.051, 1.0, 3.0}) {
     const Vector3d theta = angle * random.direction(), rate = random.vector(1),
@@ -55,7 +55,7 @@ TEST(RotationVector, BodyVelocityIsThatOfTheMovingMatrix) {
   }
 }
 
-TEST(RotationVector, SeriesMeetTheClosedForms) {
+TEST(RotationVector, SeriesMatchTheClosedForms) {
   Random random(4);
   const Vector3d axis = random.direction(), rate = random.vector(1), acceleration = random.vector(1);
   // either side of the switch at 0.05 rad: the values differ by the step of 1e-9 times their slope, no more
@@ -70,7 +70,7 @@ TEST(RotationVector, SeriesMeetTheClosedForms) {
       2e-11);
 }
 
-TEST(RotationVector, RateUndoesBodyVelocity) {
+TEST(RotationVector, RateInvertsBodyVelocity) {
   Random random(5);
   for (double angle : {0.0, 1e-4, 0.009, 0.011, 1.0, 3.0, 5.0}) {
     const Vector3d theta = angle * random.direction(), rate = random.vector(1);

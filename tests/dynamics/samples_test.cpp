@@ -36,7 +36,7 @@ TEST(Samples, AllRunAndAreTrusted) {
   EXPECT_GE(count, 18);
 }
 
-TEST(Samples, PendulumIsBackAfterItsPeriod) {
+TEST(Samples, PendulumReturnsAfterItsPeriod) {
   // 4 K(sin 45 degrees) sqrt(l/g): IFToMM problem A01
   Scene scene = sample("pendulum.toml");
   scene.simulation.end_time = 2.36784194757623745;
@@ -48,7 +48,7 @@ TEST(Samples, PendulumIsBackAfterItsPeriod) {
   EXPECT_NEAR(last_velocity(t, 0), 0, 1e-7);
 }
 
-TEST(Samples, PendulumEndsWhereTheBenchmarkSays) {
+TEST(Samples, PendulumMatchesTheBenchmark) {
   const Trajectory t = run(sample("pendulum.toml"));
   const Vector3d bob = t.gravity_centre.bottomRows(1).transpose();
   // IFToMM A01: P(10) = (-.275087462576117, -.961419205099125), let go on the other side of the pivot
@@ -57,7 +57,7 @@ TEST(Samples, PendulumEndsWhereTheBenchmarkSays) {
   EXPECT_NEAR(bob.z(), -0.961419205099125, 1e-6);
 }
 
-TEST(Samples, WindowsEndWhereTheBenchmarkSays) {
+TEST(Samples, WindowsMatchTheBenchmark) {
   // IFToMM A02, N-four-bar: B0 after 10 s, N = 2 and 40; through ten singular positions
   const std::tuple<const char*, double, double> ends[] = {
       {"four_bar_2.toml", .328458111540815, .944518538178601},
@@ -71,7 +71,7 @@ TEST(Samples, WindowsEndWhereTheBenchmarkSays) {
   }
 }
 
-TEST(Samples, HeavyTopEndsWhereTheLiteratureSays) {
+TEST(Samples, HeavyTopMatchesTheLiterature) {
   const Trajectory t = run(sample("heavy_top.toml"));
   const Vector3d centre = t.gravity_centre.bottomRows(1).transpose();
   // Arnold & Bruels' heavy top at 2 s, published to eleven digits; 47 turns, 1190 steps at a tolerance of
@@ -79,7 +79,7 @@ TEST(Samples, HeavyTopEndsWhereTheLiteratureSays) {
   EXPECT_LT((centre - Vector3d(-0.15041682275, -0.72416559164, -0.67302226956)).norm(), 1e-8);
 }
 
-TEST(Samples, SpinningPlateTurnsOverAndKeepsItsMomentum) {
+TEST(Samples, SpinningPlateFlipsAndKeepsItsMomentum) {
   const Trajectory t = run(sample("spinning_plate.toml"));
   const Vector3d moments(1, 2, 3);
   Vector3d first;
@@ -94,7 +94,7 @@ TEST(Samples, SpinningPlateTurnsOverAndKeepsItsMomentum) {
   EXPECT_LT(lowest, -9.99);  // the middle axis has turned over
 }
 
-TEST(Samples, RoundaboutMeetsItsReference) {
+TEST(Samples, RoundaboutMatchesItsReference) {
   Scene scene = sample("roundabout.toml");
   scene.simulation.method = "rk4_adaptive";
   scene.simulation.tolerance = 1e-11;
@@ -109,7 +109,7 @@ TEST(Samples, RoundaboutMeetsItsReference) {
   }
 }
 
-TEST(Samples, ShockIsSymmetricAndItsCubeIsStoppedAtTheBarsLength) {
+TEST(Samples, ShockIsSymmetricAndStopsAtTheBarsLength) {
   const Trajectory t = run(sample("shock.toml"));
   double lowest = 0;
   for (Eigen::Index i = 0; i < t.q.rows(); ++i) {
@@ -126,7 +126,7 @@ TEST(Samples, ShockIsSymmetricAndItsCubeIsStoppedAtTheBarsLength) {
 }
 
 // Motion of 10 s against another program, by its own equations and its own Runge-Kutta steps.
-TEST(Samples, DoublePendulumEndsWhereMuJoCoEnds) {
+TEST(Samples, DoublePendulumMatchesMuJoCo) {
   const Trajectory t = run(sample("double_pendulum.toml"));
   const double q[] = {0.805048150457940, -0.638326467639700}, v[] = {-1.53027089632793, 1.08898678404824};
   for (int i = 0; i < 2; ++i) {

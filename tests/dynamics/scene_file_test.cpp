@@ -300,7 +300,7 @@ TEST(SceneFile, EverySampleIsReadAndRoundTrips) {
   }
 }
 
-TEST(SceneFile, EveryKindOfThingRoundTripsBitForBit) {
+TEST(SceneFile, EveryKindRoundTripsBitForBit) {
   for (unsigned seed = 0; seed < 200; ++seed) expect_round_trip(varied(seed));
 }
 
@@ -320,7 +320,7 @@ TEST(SceneFile, RandomNumbersRoundTripBitForBit) {
   }
 }
 
-TEST(SceneFile, MeansWhatAPersonWrote) {
+TEST(SceneFile, ReadsHandwrittenScenes) {
   const Scene scene = parsed(R"(
 gravity = [0, 0, -1.62]
 [[solid]]
@@ -367,7 +367,7 @@ normal = "z"
   EXPECT_EQ(floor.plane.on.point, Vector3d(0, 0, 1));
 }
 
-TEST(SceneFile, ABallHasThreeRanges) {
+TEST(SceneFile, BallHasThreeRanges) {
   const Scene scene = parsed(R"(
 [[solid]]
 name = "arm"
@@ -560,7 +560,7 @@ INSTANTIATE_TEST_SUITE_P(
                 "not a rotation"}),
     [](const auto& param) { return std::string(param.param.title); });
 
-TEST(SceneFile, RefusesWhatIsNoFile) {
+TEST(SceneFile, RefusesMissingAndOtherFiles) {
   EXPECT_EQ(read_scene("/no/such/scene.toml").error().message(), "/no/such/scene.toml: no such file");
   EXPECT_NE(read_scene(test::source_folder()).error().message().find("is a folder"), std::string::npos);
 }

@@ -6,7 +6,7 @@
 namespace borelli {
 namespace {
 
-TEST(Scene, ShapesCountBesideGivenInertials) {
+TEST(Scene, ShapesAddToGivenInertials) {
   Solid solid;
   solid.name = "block";
   solid.inertials = {{1, {0, 0, 1}, Eigen::Matrix3d::Identity()}};
@@ -30,7 +30,7 @@ TEST(Scene, BadShapesAreNamedWithTheirSolid) {
   EXPECT_NE(inertials_of(solid).error().message().find("a density and a mass"), std::string::npos);
 }
 
-TEST(Scene, UnnamedCoordinatesBearTheirSolidsName) {
+TEST(Scene, UnnamedCoordinatesHaveTheirSolidsName) {
   Solid solid;
   solid.name = "leg";
   solid.switches = {{Fixed{}}, {Rotation{}}};

@@ -79,13 +79,13 @@ TEST(Shape, BoxOfTwoByThreeByFive) {
   expect_near(box.tensor, Vector3d(595, 507.5, 227.5).asDiagonal(), 210 * rounding * 10);  // m/12 (b^2 + c^2)
 }
 
-TEST(Shape, SphereIsTwoFifths) {
+TEST(Shape, SphereHasTwoFifths) {
   const Inertial sphere = filled(Sphere{0.5}, 3);
   EXPECT_NEAR(sphere.mass, pi / 2, rounding);
   expect_near(sphere.tensor, Matrix3d::Identity() * (pi / 2 / 10), rounding);
 }
 
-TEST(Shape, CylinderConeEllipsoidByTheirFractions) {
+TEST(Shape, CylinderConeEllipsoidHaveKnownFractions) {
   const auto cylinder = inertial_of_mass({Cylinder{2, 6}}, 12);
   expect_near(cylinder->tensor, Vector3d(48, 48, 24).asDiagonal(),
               50 * rounding);  // m (3r^2 + l^2)/12, m r^2/2
@@ -127,7 +127,7 @@ TEST(Shape, SkewedMeshFollowsItsLinearMap) {
             0.01);  // the test would miss products of inertia if there were none
 }
 
-TEST(Shape, MeshFarOffTheOriginKeepsItsDigits) {
+TEST(Shape, MeshFarFromTheOriginKeepsItsDigits) {
   const Vector3d far(1000, 2000, -3000);
   const Inertial found = filled(box_mesh(far, far + Vector3d(0.25, 0.5, 1)));  // corners exact in binary
   expect_near(found.centre, far + Vector3d(0.125, 0.25, 0.5), 1e-12);          // one rounding of 3000
@@ -145,7 +145,7 @@ TEST(Shape, TriangleSoupEqualsIndexedMesh) {
   expect_near(filled(soup).tensor, filled(indexed).tensor, 1e-15);
 }
 
-TEST(Shape, CavityIsTakenOut) {
+TEST(Shape, CavityIsSubtracted) {
   const ClosedMesh hollow =
       joined(box_mesh({-1, -1, -1}, {1, 1, 1}), reversed(box_mesh({-0.5, -0.5, -0.5}, {0.5, 0.5, 0.5})));
   const Inertial found = filled(hollow);
@@ -204,7 +204,7 @@ TEST(Shape, ConeEllipsoidAndCapsuleAgreeWithQuadrature) {
                1e-12);
 }
 
-TEST(Shape, FineMeshOfASphereTendsToItAsTheSquareOfItsEdge) {
+TEST(Shape, SphereMeshConvergesWithTheSquareOfItsEdge) {
   const auto error = [](int n) {
     ClosedMesh mesh;  // n x 2n net of latitudes and longitudes; the poles are welded
     for (int i = 0; i <= n; ++i)
@@ -226,7 +226,7 @@ TEST(Shape, FineMeshOfASphereTendsToItAsTheSquareOfItsEdge) {
 
 // ---- placement ----
 
-TEST(Shape, PlacementTurnsAndMovesWithProductsOfInertia) {
+TEST(Shape, PlacementGivesProductsOfInertia) {
   const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.7, Vector3d(1, 2, 3).normalized()));
   const Vector3d shift(0.3, -0.4, 1.2);
   const auto placed = inertial_of_density({Box{{0.2, 0.5, 0.9}}, shift, turn}, 1000);
@@ -259,7 +259,7 @@ TEST(Shape, RefusesImpossibleSizes) {
   EXPECT_FALSE(inertial_of_mass({Sphere{1}, Vector3d::Zero(), {2, 0, 0, 0}}, 1));
 }
 
-TEST(Shape, RefusesMeshesThatBoundNoSolid) {
+TEST(Shape, RefusesMeshesThatEncloseNoSolid) {
   ClosedMesh open = unit_tetrahedron();
   open.triangles.pop_back();
   expect_refused(open, "is not closed");
@@ -275,7 +275,7 @@ TEST(Shape, RefusesMeshesThatBoundNoSolid) {
   expect_refused(ClosedMesh{{{0, 0, 0}, {1, 0, 0}, {0, nan, 0}}, {{0, 1, 2}}}, "vertex 2 is not finite");
 }
 
-TEST(Shape, RefusesShellsThatCountMatterTwice) {
+TEST(Shape, RefusesNestedOutwardShells) {
   const ClosedMesh outer = box_mesh({0, 0, 0}, {4, 4, 4}), inner = box_mesh({1, 1, 1}, {2, 2, 2});
   expect_refused(joined(outer, inner), "inside another one");
   expect_refused(joined(outer, reversed(moved(inner, Matrix3d::Identity(), {9, 0, 0}))), "faces inwards");

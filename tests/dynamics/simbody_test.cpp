@@ -95,5 +95,7 @@ TEST(Simbody, AgreesOnASpatialFourBar) {
 }  // namespace borelli::test
 
 #else
-TEST(Simbody, Agrees) { GTEST_SKIP() << "Simbody (libsimbody-dev) was not there at configuration"; }
+TEST(Simbody, AgreesOnAllModels) {
+  GTEST_SKIP() << "Simbody (libsimbody-dev) was not there at configuration";
+}
 #endif

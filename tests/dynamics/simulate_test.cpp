@@ -25,7 +25,7 @@ TEST(Roundabout, ReachesTheReferenceState) {
   EXPECT_TRUE(end.certificate.trusted) << end.certificate.reason;
 }
 
-TEST(Roundabout, EulerIsDistrustedAndRungeKuttaTrusted) {  // the paper's figures 2 and 4, dt = 0.01
+TEST(Roundabout, DistrustsEulerAndTrustsRungeKutta) {  // the paper's figures 2 and 4, dt = 0.01
   const Certificate euler = run(roundabout(), settings("euler", 5, 0.01)).certificate;
   EXPECT_FALSE(euler.trusted);
   EXPECT_NE(euler.reason.find("the energy balance of 's1' and the solids tied to it has an error of"),
@@ -41,7 +41,7 @@ TEST(Roundabout, EulerIsDistrustedAndRungeKuttaTrusted) {  // the paper's figure
   EXPECT_LT(10 * rk2.energy_drift, euler.energy_drift);
 }
 
-TEST(Roundabout, MethodsShowTheirOrders) {
+TEST(Roundabout, MethodsReachTheirOrders) {
   const System system = compiled(roundabout());
   const auto error = [&](const char* method, double step) {
     const Trajectory end = run(system, settings(method, 1, step));
@@ -93,7 +93,7 @@ double orientation_error(const Quaternion& q, const Matrix3d& R) {
 
 // A torque-free symmetric solid (Landau and Lifshitz, Mechanics, section 35): it turns about the angular
 // momentum L at the rate L / I1 while it turns back about its own axis at (I3 - I1) / I1 w3.
-TEST(FreeTop, TurnsAsInClosedFormAtEachMethodsOrder) {
+TEST(FreeTop, RotatesAsInClosedFormAtEachMethodsOrder) {
   const double I1 = 1, I3 = 1.6, t = 2;
   const Vector3d w(1, 0, 5);
   const Vector3d L(I1 * w[0], 0, I3 * w[2]);
@@ -149,7 +149,7 @@ TEST(HeavyTop, ReachesItsReferenceAtFourthOrder) {
 
 // ---- pendulums ----
 
-TEST(Pendulum, ComesBackAfterItsPeriod) {
+TEST(Pendulum, ReturnsAfterItsPeriod) {
   const double angle = 2.5, l = 0.7;
   Scene scene;
   scene.solids = {solid("bob", "world", {hinge("swing", Vector3d::UnitY(), angle)},
@@ -173,7 +173,7 @@ Scene constrained_point(double x, double z) {
 }
 const Eigen::Vector2d a01(-.275087462576117, -.961419205099125);
 
-TEST(ConstrainedPoint, ReachesItsReferenceUnderProjection) {
+TEST(ConstrainedPoint, ReachesItsReferenceWithProjection) {
   const Trajectory end = run(constrained_point(-1, 0), settings("rk4_adaptive", 10, 0.01, 1e-12));
   EXPECT_LT((last(end.q) - a01).norm(), 1e-9);
   EXPECT_TRUE(end.certificate.trusted) << end.certificate.reason;
@@ -181,7 +181,7 @@ TEST(ConstrainedPoint, ReachesItsReferenceUnderProjection) {
   EXPECT_LT(end.certificate.residuals[0].velocity, 1e-12);
 }
 
-TEST(ConstrainedPoint, KeepsTheMethodsOrderUnderBothTreatments) {
+TEST(ConstrainedPoint, KeepsTheMethodsOrderWithBothTreatments) {
   const System system = compiled(constrained_point(-1, 0));
   for (const auto treatment : {ConstraintTreatment::projection, ConstraintTreatment::baumgarte}) {
     const auto error = [&](const char* method, double step) {
@@ -195,7 +195,7 @@ TEST(ConstrainedPoint, KeepsTheMethodsOrderUnderBothTreatments) {
   }
 }
 
-TEST(ConstrainedPoint, ItsMultiplierIsTheRodsTension) {
+TEST(ConstrainedPoint, MultiplierIsTheRodsTension) {
   SimulationSettings how = settings("rk4", 1, 0.01);
   how.output_interval = 0.1;
   const Trajectory path = run(constrained_point(-1, 0), how);
@@ -207,7 +207,7 @@ TEST(ConstrainedPoint, ItsMultiplierIsTheRodsTension) {
 }
 
 // A pivot shaken fast holds a pendulum upside down if a^2 omega^2 > 2 g l (Kapitza 1951), for a << l.
-TEST(Kapitza, HoldsUpsideDownAboveTheLimitOnly) {
+TEST(Kapitza, StaysUprightOnlyAboveTheLimit) {
   const double a = 0.02, l = 1, g = 9.81;
   const auto largest_lean = [&](double over_limit) {
     const double omega = std::sqrt(over_limit * 2 * g * l) / a;
@@ -228,7 +228,7 @@ TEST(Kapitza, HoldsUpsideDownAboveTheLimitOnly) {
 
 // ---- energy ----
 
-TEST(Springs, AMassOnASpringAndDamperRingsDownAsInClosedForm) {
+TEST(Springs, DampedMassDecaysAsInClosedForm) {
   const double m = 2, k = 50, c = 1.2, rest = 0.8, start = 1.3;
   Scene scene;
   scene.gravity.setZero();
@@ -247,7 +247,7 @@ TEST(Springs, AMassOnASpringAndDamperRingsDownAsInClosedForm) {
   EXPECT_LT(certificate.work_efforts, 0);
 }
 
-TEST(Energy, BalanceHoldsWithEverythingAtOnceAtTheMethodsOrder) {
+TEST(Energy, BalanceHoldsAtTheMethodsOrder) {
   Scene scene = random_tree(6, {.balls = true, .drives = true});
   scene.efforts = {{"spring", PointSpring{{"s3", {0.1, 0, 0}}, {"world", {1, 0, 0}}, 20, 1, 0.1}},
                    {"twist", TorsionSpring{{"s4"}, {"s5"}, 3, 0.5, {0, 0, 0}}},
@@ -276,7 +276,7 @@ TEST(Energy, BalanceHoldsWithEverythingAtOnceAtTheMethodsOrder) {
 // A cube falls along a rail until a bar hinged on it, its far end in a horizontal slide, stands upright and
 // stops it: all of the fall's energy passes through a bar two hundred times lighter within milliseconds (the
 // paper's figures 5 to 8).
-TEST(Shock, TheAdaptiveMethodServesThirtyfold) {
+TEST(Shock, AdaptiveMethodCostsAThirtiethOfFixedSteps) {
   Scene scene;
   scene.solids = {solid("cube", "world", {slide("height", Vector3d::UnitZ())},
                         {inertial(200, {0, 0, 0}, 200 * 0.16 / 6 * Vector3d::Ones())}),
@@ -298,7 +298,7 @@ TEST(Shock, TheAdaptiveMethodServesThirtyfold) {
 
 // ---- mass ratios ----
 
-TEST(MassRatio, AMillionToOneKeepsItsEnergy) {
+TEST(MassRatio, MillionToOneKeepsItsEnergy) {
   for (const double ratio : {1e6, 1e-6}) {
     Scene scene = chain(2, false, 0.7);
     scene.solids[1].inertials = {inertial(ratio, {0, 0, -0.5}, ratio * Vector3d(1.0 / 12, 1.0 / 12, 1e-3))};
@@ -318,13 +318,13 @@ void expect_failure(const Scene& scene, const SimulationSettings& how, const std
   EXPECT_NE(out.error().what.find(what), std::string::npos) << out.error().what;
 }
 
-TEST(Failure, AStiffSpringBlowsUpAFixedStepAndSaysWhen) {
+TEST(Failure, DivergenceUnderAFixedStepNamesItsTime) {
   Scene scene = chain(1, false, 0.1);
   scene.efforts = {{"stiff", CoordinateSpring{{"h0"}, 1e8, 0, 0}}};
   expect_failure(scene, settings("rk4", 10, 0.01), "coordinate 'h0'", "; the run ends at t = 0.");
 }
 
-TEST(Failure, ALeapSaysWhetherTheCoordinateOrItsVelocityGrew) {
+TEST(Failure, DivergenceNamesCoordinateOrVelocity) {
   // a point on a circle, thrown so far by a step of a second that its direction is all that is left of it: on
   // the circle it stands still again
   Scene scene = read_scene(source_folder() + "/samples/a01.toml").value();
@@ -338,7 +338,7 @@ TEST(Failure, ALeapSaysWhetherTheCoordinateOrItsVelocityGrew) {
   EXPECT_NE(fast.error().what.find("its velocity has grown to -"), std::string::npos) << fast.error().what;
 }
 
-TEST(Failure, AnUnderflowingStepNamesTheCoordinate) {
+TEST(Failure, VanishingStepNamesTheCoordinate) {
   // a force that turns infinite at t = 1 s: c / (1 - t) by its series would be finite; by a polynomial of the
   // distance to a point that the motion runs into it is not
   Scene scene;
@@ -361,7 +361,7 @@ TEST(Failure, AnUnderflowingStepNamesTheCoordinate) {
   EXPECT_NE(out.error().what.find("t = "), std::string::npos) << out.error().what;
 }
 
-TEST(Failure, SettingsThatMakeNoSenseAreRefused) {
+TEST(Failure, InvalidSettingsAreRefused) {
   const Scene scene = chain(1, false);
   expect_failure(scene, settings("rk5", 1, 0.01), "method 'rk5'", "choose from euler");
   expect_failure(scene, settings("rk4", 1, 0), "simulation, step", "is 0; expected a positive time");
@@ -385,7 +385,7 @@ TEST(Failure, SettingsThatMakeNoSenseAreRefused) {
     }
 }
 
-TEST(Failure, MoreStepsOrRowsThanCanBeMadeAreRefused) {
+TEST(Failure, TooManyStepsOrRowsAreRefused) {
   const Scene scene = chain(1, false, 0.5);
   expect_failure(scene, settings("rk4", 1, 1e-20), "simulation, step",
                  "makes 1e+20 steps up to the end_time; expected at most 1e+09");
@@ -402,7 +402,7 @@ TEST(Failure, MoreStepsOrRowsThanCanBeMadeAreRefused) {
   expect_failure(hum, settings("rk4_adaptive", 1, 0.01), "effort 'hum'", "expected at most 1e+09");
 }
 
-TEST(Failure, AUsersFunctionThatThrowsIsReported) {
+TEST(Failure, ReportsAThrowingUserFunction) {
   Scene scene = chain(1, false);
   FunctionConstraint own;
   own.coordinates = {{"h0"}};
@@ -423,7 +423,7 @@ TEST(Failure, AUsersFunctionThatThrowsIsReported) {
 
 // ---- outputs ----
 
-TEST(Output, RowsComeAtTheAskedTimesWhateverTheMethod) {
+TEST(Output, RowsComeAtTheRequestedTimes) {
   for (const char* method : {"rk4", "rk4_adaptive"}) {
     SimulationSettings how = settings(method, 1, 0.03, 1e-8);
     how.output_interval = 0.3;
@@ -441,7 +441,7 @@ TEST(Output, RowsComeAtTheAskedTimesWhateverTheMethod) {
   EXPECT_EQ(run(roundabout(), every).times.size(), 11u);
 }
 
-TEST(Output, EveryArrayHasARowPerTimeEvenOfNothing) {
+TEST(Output, EveryArrayHasARowPerTime) {
   const System system = compiled(roundabout());
   for (const double interval : {0.0, 0.5}) {  // every step: more rows than room is made for at first
     SimulationSettings settings = system.settings;
@@ -473,7 +473,7 @@ TEST(Output, EveryArrayHasARowPerTimeEvenOfNothing) {
   }
 }
 
-TEST(Output, PosesAreThoseOfTheCoordinates) {
+TEST(Output, PosesMatchTheCoordinates) {
   const Trajectory path = run(roundabout(), settings("rk4", 0.5, 0.01));
   const Eigen::VectorXd q = last(path.q);
   const Matrix3d turn = rotation_about(Vector3d::UnitZ(), q[0]);
@@ -490,7 +490,7 @@ TEST(Output, DrivenCoordinatesAreRecordedWithTheirEfforts) {
   EXPECT_GT(path.driven_efforts(0, 0), 3 * 1.25);  // what the turntable alone takes, and more
 }
 
-TEST(Output, AnObserverCanStopTheRun) {
+TEST(Output, ObserverCanStopTheRun) {
   const System system = compiled(roundabout());
   int calls = 0;
   const Trajectory path = need(simulate(system, system.initial, settings("rk4", 1, 0.01), {[&](double t) {
@@ -503,7 +503,7 @@ TEST(Output, AnObserverCanStopTheRun) {
   EXPECT_EQ(path.certificate.reason, "stopped on request at t = 0.5 s of 1 s");
 }
 
-TEST(Output, ACoordinateThatLeavesItsRangeIsNoted) {
+TEST(Output, NotesACoordinateThatLeavesItsRange) {
   Scene scene = chain(1, false, 0.5);
   scene.solids[0].switches[0].ranges = {{-0.2, 0.6}};
   const Certificate certificate = run(scene, settings("rk4", 2, 0.01)).certificate;
@@ -512,7 +512,7 @@ TEST(Output, ACoordinateThatLeavesItsRangeIsNoted) {
             std::string::npos);
 }
 
-TEST(Output, ABallThatLeavesItsRangeIsNotedByAxisAndTime) {
+TEST(Output, NotesAxisAndTimeOfABallOutsideItsRange) {
   // A sphere on a rod, let go at rest 1 rad from hanging, in a plane whose normal is one of the ball's
   // axes. It swings as sin(angle / 2) = k sn(K - t w), k = sin(1 / 2), w^2 = m g l / (m l^2 + i) (e.g. Landau
   // & Lifshitz, Mechanics, section 11), so it passes an angle at (K - F(asin(sin(angle / 2) / k))) / w.

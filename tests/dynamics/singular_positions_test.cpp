@@ -49,7 +49,7 @@ void expect_benchmarks_end(int n, const Trajectory& t, double tolerance) {
 }
 
 // Ten seconds of IFToMM A02 are ten passages through theta = 0 or pi.
-TEST(Windows, TwoEndWhereTheBenchmarkSays) {
+TEST(Windows, TwoMatchTheBenchmark) {
   for (double tilt : {0., 0.6, 1.2})
     for (const char* method : {"rk4_adaptive", "dopri5", "dop853", "gbs", "gauss16"})
       for (double tolerance : {1e-9, 1e-11}) {
@@ -64,7 +64,7 @@ TEST(Windows, TwoEndWhereTheBenchmarkSays) {
       }
 }
 
-TEST(Windows, TwoUnderFixedSteps) {
+TEST(Windows, TwoWithFixedSteps) {
   for (double tilt : {0., 0.6})
     for (double step : {0.01, 0.001}) {
       const Trajectory t = run(windows(2, tilt, -1), settings("rk4", 10, step));
@@ -73,7 +73,7 @@ TEST(Windows, TwoUnderFixedSteps) {
     }
 }
 
-TEST(Windows, FortyEndWhereTheBenchmarkSays) {
+TEST(Windows, FortyMatchTheBenchmark) {
   for (const char* method : {"rk4_adaptive", "dop853"}) {
     SCOPED_TRACE(method);
     const Trajectory t = run(windows(40, 0, -1), settings(method, 10, 1e-3, 1e-9));
@@ -120,7 +120,7 @@ Scene isosceles_slider(double tilt, double start, double rate) {
   return scene;
 }
 
-TEST(IsoscelesSlider, GoesOnThroughTheCranksFoot) {
+TEST(IsoscelesSlider, PassesThroughTheCranksFoot) {
   // twice its kinetic energy over theta'^2, of the crank (1/3), the coupler (its centre at 1.5 cos, 0.5 sin;
   // 1/12) and the slider (2 cos): 1/3 + 1/12 + 1/4 + 2 sin^2 + 8 sin^2
   const auto inertia = [](double theta) { return 2. / 3 + 10 * std::sin(theta) * std::sin(theta); };
@@ -167,7 +167,7 @@ Scene bricard() {
   return scene;
 }
 
-TEST(Bricard, MovesThoughOverconstrained) {
+TEST(Bricard, MovesDespiteRedundantConstraints) {
   const Trajectory fine = run(bricard(), settings("dop853", 10, 1e-3, 1e-11));
   EXPECT_TRUE(fine.certificate.trusted) << fine.certificate.reason;
   EXPECT_EQ(fine.certificate.constraint_rank, 4);
@@ -184,7 +184,7 @@ TEST(Bricard, MovesThoughOverconstrained) {
   }
 }
 
-TEST(Crossing, PassedByInertia) {
+TEST(Crossing, IsPassedByInertia) {
   // a step ends at the crossing itself at t = 0.5 s
   const Certificate certificate = run(crossing(1, 0), settings("rk4", 1, 0.125)).certificate;
   EXPECT_TRUE(certificate.trusted) << certificate.reason;
@@ -207,7 +207,7 @@ TEST(Crossing, PassedByInertia) {
       << certificate.notes[0];
 }
 
-TEST(Crossing, AMotionThatIsPushedAsideThereIsDistrusted) {
+TEST(Crossing, DistrustsMotionPushedAside) {
   // a step that begins at the crossing coasts 0.125 s long under 10 m/s^2: 1.25 m/s aside
   const Certificate fixed_steps = run(crossing(1, 10), settings("rk4", 1, 0.125)).certificate;
   EXPECT_FALSE(fixed_steps.trusted);
@@ -219,7 +219,7 @@ TEST(Crossing, AMotionThatIsPushedAsideThereIsDistrusted) {
   EXPECT_NEAR(slow.reason_time, 0.5, 0.01);
 }
 
-TEST(Crossing, AStepThatComesOutOnAnotherBranchIsDistrusted) {
+TEST(Crossing, DistrustsAStepOntoAnotherBranch) {
   // the shock's bar may go on or fold back where it comes upright, faster than steps of 1 ms follow
   const Scene scene = sample("shock.toml");
   SimulationSettings how = settings("rk4", 5, 1e-3);
@@ -232,7 +232,7 @@ TEST(Crossing, AStepThatComesOutOnAnotherBranchIsDistrusted) {
               0.05);  // at a shock
 }
 
-TEST(SingularWatch, JumpsAreMeasuredAgainstTheGroupsOwnMotion) {
+TEST(SingularWatch, MeasuresJumpsAgainstTheGroupsOwnMotion) {
   const System system = compiled(windows(2, 0, -1));
   Workspace w(system);
   ASSERT_FALSE(

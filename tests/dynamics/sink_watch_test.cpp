@@ -9,7 +9,7 @@ namespace {
 
 using Verdict = SinkWatch::Verdict;
 
-TEST(SinkWatch, StepsThatGoOnSinkingAreTold) {
+TEST(SinkWatch, ReportsSteadilyShrinkingSteps) {
   SinkWatch watch;
   double t = 0, step = 0.1;
   int steps = 0;
@@ -17,7 +17,7 @@ TEST(SinkWatch, StepsThatGoOnSinkingAreTold) {
   EXPECT_EQ(steps, 40);  // 2^-40 is the first below 1e-12, long after 16 below 1e-6
 }
 
-TEST(SinkWatch, ADipIsNone) {
+TEST(SinkWatch, IgnoresATemporaryDip) {
   // as a jump of a force has it: rejections down to 1e-14 of the step, and up again
   SinkWatch watch;
   double t = 0;
@@ -28,7 +28,7 @@ TEST(SinkWatch, ADipIsNone) {
     EXPECT_EQ(watch.after(t += step, step, true, 10, 1e9), Verdict::fine);
 }
 
-TEST(SinkWatch, StepsThatStayTinyAreTold) {
+TEST(SinkWatch, ReportsTinySteps) {
   // 2000 steps of 1e-11 s leave 10 s, 1e12 of them, which are more than ten times 1e9
   for (const auto& [step, verdict] : {std::pair(1e-11, Verdict::stalled), std::pair(1e-7, Verdict::fine)}) {
     SinkWatch watch;
@@ -103,7 +103,7 @@ struct Wall {
   }
 };
 
-TEST(Sinking, AMotionThatEndsInFiniteTimeIsCalledOffEarly) {
+TEST(Sinking, FiniteTimeBlowUpStopsEarly) {
   // dv/dt = v^2 from 1 m/s: v = 1 / (1 - t); and dv/dt = v^3: v = (1 - 2 t)^(-1/2)
   for (const std::string& method : integrator_names()) {
     if (!method_is_adaptive(method)) continue;
@@ -127,7 +127,7 @@ TEST(Sinking, AMotionThatEndsInFiniteTimeIsCalledOffEarly) {
   }
 }
 
-TEST(Sinking, AForceThatJumpsToAndFroIsCalledOff) {
+TEST(Sinking, ChatteringForceStopsTheRun) {
   // dry friction without a law for rest: once the mass has stopped, after 1 / 1.5 s, its sign jumps with each
   // step
   const System system = compiled(pushed(DryFriction{}, 1));
@@ -142,7 +142,7 @@ TEST(Sinking, AForceThatJumpsToAndFroIsCalledOff) {
     EXPECT_NE(out.error().what.find(part), std::string::npos) << out.error().what;
 }
 
-TEST(Sinking, AJumpOfAForceIsPassed) {
+TEST(Sinking, ForceJumpIsPassed) {
   // 1 N, 1000 N beyond half a metre (of extrapolated steps the last part has no stage that would see a jump)
   for (const char* method : {"rk4_adaptive", "dopri5", "dop853"}) {
     // from 1 m/s it is there after (sqrt 2 - 1) s, with sqrt 2 m/s

@@ -90,7 +90,7 @@ TEST(SparseRows, FactorLoopsInAnyOrder) {
 
 // Windows of bars, upright, leaning, and all but in line, where each one's two rows all but depend on each
 // other.
-TEST(SparseRows, FillInLittleInTheOrderThatTheyFind) {
+TEST(SparseRows, HaveLittleFillInInTheirOrder) {
   const System system = compiled(sample("four_bar_40.toml"));
   for (const double angle : {90., 120., 45., 10., 1.}) {
     State state = system.initial;

@@ -18,7 +18,7 @@ using std::numbers::pi;
 // A mass on a spring swings against a stop, from which it comes back as fast: cos t, and within the stop a
 // faster swing about another centre. Steps may span half a swing, and a stiff stop, or one hardly reached,
 // holds the mass for a small part of one.
-TEST(SpringEvents, StopsAreMetWithinLongSteps) {
+TEST(SpringEvents, FindsStopsWithinLongSteps) {
   const double end = 20;
   for (const double stiffness : {1e-2, 1., 1e2, 1e3, 1e5, 1e7, 1e9})
     for (const double stop : {-0.999, -0.95, -0.5, -0.1}) {
@@ -56,7 +56,7 @@ TEST(SpringEvents, StopsAreMetWithinLongSteps) {
 }
 
 // Up to the half turn it is a swing, A sin(w t), which begins anew from the other side.
-TEST(SpringEvents, AWheelPassesHalfTurnsAsItsSwingSays) {
+TEST(SpringEvents, WheelPassesHalfTurnsAtClosedFormTimes) {
   const double stiffness = 2, speed = 6, w = std::sqrt(stiffness / 0.8), end = 4;
   ASSERT_GT(speed / w, pi);
   const auto half = [&](double start) { return std::asin(pi * w / start) / w; };  // first half turn, s
@@ -88,7 +88,7 @@ TEST(SpringEvents, AWheelPassesHalfTurnsAsItsSwingSays) {
 }
 
 // So weak that the method would take steps of many turns.
-TEST(SpringEvents, AFastWheelsHalfTurnsAreAllSeen) {
+TEST(SpringEvents, FindsAllHalfTurnsOfAFastWheel) {
   SimulationSettings how = settings("gbs", 1, 0.1);
   how.tolerance = 1e-6;
   const Trajectory out = run(wheel(1e-6, 100), how);
@@ -97,7 +97,7 @@ TEST(SpringEvents, AFastWheelsHalfTurnsAreAllSeen) {
 }
 
 // About no fixed axis, half turns are passed on any side; the two methods share nothing but the events.
-TEST(SpringEvents, TumblingBodiesPassHalfTurnsAlikeByUnlikeMethods) {
+TEST(SpringEvents, HalfTurnsOfTumblingBodiesAgreeBetweenMethods) {
   for (unsigned seed = 0; seed < 20; ++seed) {
     Random random(seed);
     Scene scene;
@@ -130,7 +130,7 @@ TEST(SpringEvents, TumblingBodiesPassHalfTurnsAlikeByUnlikeMethods) {
 
 // x'' = -g - k x max(0, 1 + d x') beyond the bound at 0, by the classical method of Runge and Kutta in a
 // million steps.
-TEST(SpringEvents, AStopThatGoesSlackIsNotPassedOver) {
+TEST(SpringEvents, FindsAStopThatGoesSlack) {
   const double g = 9.81, k = 50, d = 0.5, end = 0.4;
   for (int n = 0; n < 10; ++n) {
     const double start = 0.6 + 0.05 * n;
@@ -171,7 +171,7 @@ TEST(SpringEvents, AStopThatGoesSlackIsNotPassedOver) {
 // Chains that fly against stops of every stiffness: wide ones, ones whose bounds meet and a ball's, half of
 // them so dissipating that they let go; two methods at far smaller tolerances
 // have to agree on what is true.
-TEST(SpringEvents, ChainsBetweenStopsAreAsSmallStepsMakeThem) {
+TEST(SpringEvents, ChainsBetweenStopsMatchSmallSteps) {
   for (unsigned seed = 0; seed < 12; ++seed) {
     Random random(seed);
     Scene scene;

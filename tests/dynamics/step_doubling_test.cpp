@@ -27,7 +27,7 @@ TEST(StepDoubling, TakesElevenEvaluationsAStep) {
   EXPECT_EQ(flow.evaluations, 3 * 11);
 }
 
-TEST(StepDoubling, ProposesTheStepThatMeetsTheTolerance) {
+TEST(StepDoubling, ProposesAStepThatMeetsTheTolerance) {
   FunctionFlow flow = bernoulli();
   const Eigen::VectorXd y = Eigen::VectorXd::Constant(1, 0.5);
   Eigen::VectorXd dy(1), out(1);

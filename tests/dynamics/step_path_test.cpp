@@ -19,7 +19,7 @@ Scene constrained_point() {  // IFToMM's A01
 }
 const Eigen::Vector2d a01(-.275087462576117, -.961419205099125);
 
-TEST(DenseOutput, ShortensNoStep) {
+TEST(DenseOutput, DoesNotShortenSteps) {
   for (const char* method : {"dopri5", "dop853"})
     for (const Scene& scene : {roundabout(), constrained_point()}) {
       const System system = compiled(scene);
@@ -35,7 +35,7 @@ TEST(DenseOutput, ShortensNoStep) {
     }
 }
 
-TEST(DenseOutput, IsAsGoodAsTheSteps) {
+TEST(DenseOutput, IsAsAccurateAsTheSteps) {
   const System system = compiled(roundabout());
   SimulationSettings fine = settings("rk4_adaptive", 2, 0.01, 1e-12);
   fine.output_interval = 0.05;
@@ -74,7 +74,7 @@ TEST(DenseOutput, LiesOnTheConstraints) {
   }
 }
 
-TEST(DenseOutput, AFixedStepIsKeptUnderRowsCloserThanIt) {
+TEST(DenseOutput, KeepsAFixedStepUnderCloserRows) {
   const System system = compiled(roundabout());
   SimulationSettings how = settings("rk4", 1, 0.01);
   how.output_interval = 0.0025;
@@ -116,7 +116,7 @@ TEST(Methods, OfHigherOrderReachTheHeavyTopsReference) {
   }
 }
 
-TEST(Methods, AHighOrderCostsLessWhereTheToleranceIsTight) {
+TEST(Methods, HighOrderCostsLessAtTightTolerances) {
   const System system = compiled(roundabout());
   const long doubling = run(system, settings("rk4_adaptive", 5, 0.01, 1e-11)).certificate.evaluations;
   for (const char* method : {"dop853", "gbs", "gauss16"}) {
@@ -128,7 +128,7 @@ TEST(Methods, AHighOrderCostsLessWhereTheToleranceIsTight) {
   }
 }
 
-TEST(Methods, ABallThatTurnsTooFarInAFixedStepIsNamed) {
+TEST(Methods, NamesABallThatTurnsTooFarInAStep) {
   Scene scene;
   scene.gravity.setZero();
   scene.solids = {solid("top", "world", {ball("turn", identity_quaternion(), {1, 0, 700})},

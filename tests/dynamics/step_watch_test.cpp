@@ -69,7 +69,7 @@ TEST(StepWatch, MeasuresASwingAsInClosedForm) {
   EXPECT_NEAR(found_of_a_swing(system, pi / 4.001, 2), StepWatch::limit, 0.002);
 }
 
-TEST(StepWatch, OfABallTheMeasureFallsWithTheFourthPower) {
+TEST(StepWatch, MeasureOfABallFallsWithTheFourthPower) {
   // a body with three moments turning freely, followed to 1e-13: what is left is the quadrature's own
   Scene scene;
   scene.gravity.setZero();
@@ -90,7 +90,7 @@ TEST(StepWatch, OfABallTheMeasureFallsWithTheFourthPower) {
   EXPECT_LT(part(0.01), 1e-6);
 }
 
-TEST(StepWatch, AStepNearThePeriodIsDistrustedByEveryMethod) {
+TEST(StepWatch, DistrustsStepsNearThePeriodWithEveryMethod) {
   const System system = compiled(second_pendulum());
   for (const std::string& method : fixed_methods())
     for (const double step : {0.7, 0.97, 1.0, 1.4}) {
@@ -103,7 +103,7 @@ TEST(StepWatch, AStepNearThePeriodIsDistrustedByEveryMethod) {
     }
 }
 
-TEST(StepWatch, SaysWhatEnergyDoesNot) {
+TEST(StepWatch, FindsErrorsThatEnergyDoesNotShow) {
   // the implicit midpoint rule keeps the energy of a spring exactly, whatever the step
   SimulationSettings how = settings("implicit_midpoint", 1, 0.05);
   how.output_interval = 0;
@@ -123,7 +123,7 @@ TEST(StepWatch, SaysWhatEnergyDoesNot) {
   EXPECT_EQ(c.reason_time, c.step_defect_time);
 }
 
-TEST(StepWatch, ASpringUnderStepsThatOnlyKeepItsEnergyIsDistrustedByGaussMethodsOfEveryOrder) {
+TEST(StepWatch, DistrustsGaussMethodsThatOnlyKeepEnergy) {
   // 5 radians to a step; and 500, where the methods of even stages hardly move at all
   for (const char* method : {"implicit_midpoint", "gauss4", "gauss6"})
     for (const double step : {0.05, 5.}) {
@@ -133,7 +133,7 @@ TEST(StepWatch, ASpringUnderStepsThatOnlyKeepItsEnergyIsDistrustedByGaussMethods
     }
 }
 
-TEST(StepWatch, WhatIsTrustedIsRightAndWhatIsDistrustedIsNot) {
+TEST(StepWatch, TrustSeparatesRightFromWrongRuns) {
   // a spring over ten swings: what the steps miss adds up to the lag behind cos(w t), 2 pi per swing
   for (const char* method : {"implicit_midpoint", "verlet", "gauss4", "gauss6", "generalized_alpha"})
     for (const double per_swing : {2.5, 4., 6., 8., 12., 20., 50.}) {
@@ -159,7 +159,7 @@ TEST(StepWatch, WhatIsTrustedIsRightAndWhatIsDistrustedIsNot) {
     }
 }
 
-TEST(StepWatch, WhatDoesNotSwingIsNotAskedFor) {
+TEST(StepWatch, IgnoresStiffCoordinatesThatDoNotSwing) {
   // a stiff spring that hardly gives beside a slow swing of the same solid, whose pull it bears from the
   // start: steps of 100 radians of the one, 0.06 of the other
   Scene scene = second_pendulum();
@@ -178,7 +178,7 @@ TEST(StepWatch, WhatDoesNotSwingIsNotAskedFor) {
   EXPECT_LT(steady.step_defect, 1e-9);
 }
 
-TEST(StepWatch, AHeavyNeighbourHidesNoSwing) {
+TEST(StepWatch, HeavyNeighbourDoesNotHideASwing) {
   Scene scene = spring(1e4, 1e-3);
   scene.gravity = {0, 0, -9.81};
   scene.solids.push_back(
@@ -188,7 +188,7 @@ TEST(StepWatch, AHeavyNeighbourHidesNoSwing) {
   EXPECT_EQ(c.step_defect_coordinate, "x");
 }
 
-TEST(StepWatch, ImpactsAreNoSwings) {
+TEST(StepWatch, IgnoresImpacts) {
   // a stone that rebounds ten times: velocities jump at events, which steps end at
   Scene scene;
   scene.solids = {

@@ -50,7 +50,7 @@ class ContactKinds : public testing::TestWithParam<std::tuple<int, bool>> {
   State state;
 };
 
-TEST_P(ContactKinds, NormalRowsHoldTheSlopesOfTheGap) {
+TEST_P(ContactKinds, NormalRowsAreTheGradientOfTheGap) {
   const ConstraintRows now = at(Eigen::VectorXd::Zero(system.nv), 0);
   ASSERT_FALSE(system.contacts.empty());
   for (int i = 0; i < system.nv; ++i) {
@@ -60,7 +60,7 @@ TEST_P(ContactKinds, NormalRowsHoldTheSlopesOfTheGap) {
   }
 }
 
-TEST_P(ContactKinds, RatesAndBiasesAreTheDerivativesInTime) {
+TEST_P(ContactKinds, RatesAndBiasesAreTheTimeDerivatives) {
   const Eigen::VectorXd x = h * state.v;
   const ConstraintRows behind = at(-x, -h), now = at(0 * x, 0), ahead = at(x, h);
   const Eigen::VectorXd rate = (ahead.h - behind.h) / (2 * h), bias = (ahead.rate - behind.rate) / (2 * h);
@@ -75,7 +75,7 @@ TEST_P(ContactKinds, RatesAndBiasesAreTheDerivativesInTime) {
 
 INSTANTIATE_TEST_SUITE_P(All, ContactKinds, testing::Combine(testing::Range(0, 11), testing::Bool()));
 
-TEST(Contacts, OpenOnesLeaveTheMotionAlone) {
+TEST(Contacts, OpenOnesDoNotAffectTheMotion) {
   Scene with = random_tree(4, {.balls = true}), without = with;
   with.constraints = {{"contact", kinds()[5]}};
   const System a = compiled(with), b = compiled(without);

@@ -13,7 +13,7 @@ Switch screw(const std::string& name, const Vector3d& axis, double pitch, double
   return out;
 }
 
-TEST(Screw, ANutRunsDownItsThread) {
+TEST(Screw, NutRunsDownItsThread) {
   // (I + m p^2) q'' = -m g p
   const double mass = 2, inertia = 0.01, pitch = 0.05;
   Scene scene;
@@ -49,7 +49,7 @@ Scene two_screws(bool tied) {
   return scene;
 }
 
-TEST(Screw, MovesAsASlideAndAHingeTied) {
+TEST(Screw, EqualsACoupledSlideAndHinge) {
   const Trajectory tied = run(two_screws(true), settings("dop853", 2, 1e-2, 1e-11));
   ASSERT_TRUE(tied.certificate.trusted) << tied.certificate.reason;
   for (Equations equations : {Equations::recursive, Equations::lagrange}) {
@@ -63,7 +63,7 @@ TEST(Screw, MovesAsASlideAndAHingeTied) {
   }
 }
 
-TEST(Screw, IsReadAndWritten) {
+TEST(Screw, RoundTripsThroughSceneFiles) {
   Scene scene;
   scene.solids = {solid("nut", "world", {screw("turn", Vector3d::UnitZ(), -0.002)}, {link()})};
   const Scene back = need(parse_scene(need(write_scene(scene)), "nut.toml"));
@@ -77,7 +77,7 @@ TEST(Screw, IsReadAndWritten) {
   EXPECT_NE(missing.error().message().find("pitch"), std::string::npos) << missing.error().message();
 }
 
-TEST(Screw, APitchThatIsNoNumberIsRefused) {
+TEST(Screw, RefusesAPitchThatIsNotANumber) {
   Scene scene;
   scene.solids = {solid("nut", "world", {screw("turn", Vector3d::UnitZ(), NAN)}, {link()})};
   const auto system = compile(scene);

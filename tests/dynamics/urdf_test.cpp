@@ -83,7 +83,7 @@ void expect_same(const std::string& xml) {
   EXPECT_LT(d.acceleration, 1e-10);  // the condition of A carries rounding into it
 }
 
-TEST(Urdf, TreeOfAllScalarJointsInAnyOrder) {
+TEST(Urdf, ReadsAllScalarJointsInAnyOrder) {
   expect_same(robot(
       link_text("tip") + link_text("base") + link_text("arm") + link_text("slider") + link_text("plate") +
       joint_text("last", "prismatic", "arm", "tip",
@@ -95,13 +95,13 @@ TEST(Urdf, TreeOfAllScalarJointsInAnyOrder) {
       joint_text("stuck", "fixed", "slider", "plate")));
 }
 
-TEST(Urdf, FloatingJoint) {
+TEST(Urdf, ReadsAFloatingJoint) {
   expect_same(robot(link_text("world", "") + link_text("base") + link_text("arm") +
                     joint_text("hinge", "continuous", "base", "arm", "<axis xyz='0 1 0'/>") +
                     "<joint name='free' type='floating'><parent link='world'/><child link='base'/></joint>"));
 }
 
-TEST(Urdf, BenchmarkFiles) {
+TEST(Urdf, ReadsBenchmarkFiles) {
   for (const char* name : {"roundabout", "chain3d7", "bars7"}) {
     const std::filesystem::path path = test::shared_folder() + "/models/bench/" + name + ".urdf";
     if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
@@ -111,7 +111,7 @@ TEST(Urdf, BenchmarkFiles) {
 }
 #endif
 
-TEST(Urdf, CoordinatesAreTheJointsInFileOrder) {
+TEST(Urdf, CoordinatesFollowTheFileOrder) {
   const Scene scene = read_text(robot(link_text("tip") + link_text("base") + link_text("arm") +
                                       joint_text("last", "continuous", "arm", "tip") +
                                       joint_text("first", "continuous", "base", "arm")))
@@ -123,7 +123,7 @@ TEST(Urdf, CoordinatesAreTheJointsInFileOrder) {
   EXPECT_EQ(scene.solids[2].name, "arm");
 }
 
-TEST(Urdf, ARootThatFloatsFallsFreely) {
+TEST(Urdf, FloatingRootFallsFreely) {
   const System system = compiled(read_text(robot(link_text("base")), {.floating = true}).scene);
   ASSERT_EQ(system.nq, 7);
   EXPECT_EQ(system.coordinates[3].name, "base.turn");
@@ -131,7 +131,7 @@ TEST(Urdf, ARootThatFloatsFallsFreely) {
   EXPECT_NEAR((a.head<3>() - Vector3d(0, 0, -9.81)).norm() + a.tail<3>().norm(), 0, 1e-13);
 }
 
-TEST(Urdf, APlanarJointMovesAcrossItsAxis) {
+TEST(Urdf, PlanarJointMovesAcrossItsAxis) {
   const System system = compiled(read_text(robot(link_text("base") + link_text("plate") +
                                                  "<joint name='p' type='planar'><parent link='base'/><child "
                                                  "link='plate'/><axis xyz='1 0 0'/></joint>"))
@@ -146,7 +146,7 @@ TEST(Urdf, APlanarJointMovesAcrossItsAxis) {
   EXPECT_EQ(system.coordinates[2].name, "p.turn");
 }
 
-TEST(Urdf, MimicTiesJoints) {
+TEST(Urdf, MimicCouplesJoints) {
   Scene scene =
       read_text(robot(link_text("base") + link_text("a") + link_text("b") +
                       joint_text("ja", "continuous", "base", "a", "<axis xyz='0 1 0'/>") +
@@ -161,7 +161,7 @@ TEST(Urdf, MimicTiesJoints) {
   EXPECT_TRUE(t.certificate.trusted) << t.certificate.reason;
 }
 
-TEST(Urdf, LimitsShapesAndWhatIsNotModelled) {
+TEST(Urdf, ReadsLimitsAndShapesAndListsTheRest) {
   const ModelFile model = read_text(robot(
       link_text("base", inertial_text +
                             "<visual><origin xyz='1 0 0'/><geometry><box size='1 2 3'/></geometry></visual>"
@@ -226,7 +226,7 @@ TEST(Urdf, JudgesLinksOnFixedJointsAsOneBody) {
   ASSERT_EQ(model.scene.solids.size(), 3u);  // the eye keeps its name and pose
 }
 
-TEST(Urdf, MinimumMassLetsAPlaceholderBaseFloat) {
+TEST(Urdf, MinimumMassMakesAPlaceholderBaseFloat) {
   const std::string ones = "ixx='1e-6' iyy='1e-6' izz='1e-6' ixy='1e-6' ixz='1e-6' iyz='1e-6'";
   const std::string xml =
       robot(link_text("base", "<inertial><mass value='1e-6'/><inertia " + ones + "/></inertial>") +
@@ -267,7 +267,7 @@ TEST(Urdf, LocksMasslessFingersThatCarryNoMass) {
 }
 
 // A massless joint that a mimic with mass follows stays free: a lock would stop the mimic too.
-TEST(Urdf, DoesNotLockAJointThatAMimicFollows) {
+TEST(Urdf, DoesNotLockAMimickedJoint) {
   const ModelFile model =
       read_text(robot(link_text("base") + link_text("knob", "") + link_text("arm") +
                       joint_text("turn", "continuous", "base", "knob") +
@@ -277,7 +277,7 @@ TEST(Urdf, DoesNotLockAJointThatAMimicFollows) {
   EXPECT_NE(system.error().message().find("moves no mass"), std::string::npos) << system.error().message();
 }
 
-TEST(Urdf, ALockedJointEqualsAFixedOne) {
+TEST(Urdf, LockedJointEqualsAFixedOne) {
   const auto arm = [](const char* type) {
     return robot(link_text("base") + link_text("upper") + link_text("lower") + link_text("hand") +
                  joint_text("j1", "continuous", "base", "upper") +
@@ -334,7 +334,7 @@ TEST(Urdf, ListsElementsOfOtherPrograms) {
     EXPECT_TRUE(lists(model, part)) << part;
 }
 
-TEST(Urdf, BadFilesEndInOneSentence) {
+TEST(Urdf, BadFilesAreRefusedInOneSentence) {
   const std::string base = link_text("base"), arm = link_text("arm");
   const std::pair<std::string, const char*> bad[] = {
       {"<robot name='r'>", "robot.urdf:1: is not well-formed XML: no element found"},

@@ -12,7 +12,7 @@ std::string repeated(const std::string& text, int count) {
   return out;
 }
 
-TEST(JsonText, ParsesValuesAndOptionallyKeepsTheOrderOfMembers) {
+TEST(JsonText, ParsesValuesAndCanKeepTheOrderOfMembers) {
   const auto read = parse_json(R"({"a": [1, -2.5, true, null], "b": {"c": "x\n"}})", "f.json");
   ASSERT_TRUE(read);
   EXPECT_EQ(*read, (nlohmann::json{{"a", {1, -2.5, true, nullptr}}, {"b", {{"c", "x\n"}}}}));
@@ -22,7 +22,7 @@ TEST(JsonText, ParsesValuesAndOptionallyKeepsTheOrderOfMembers) {
   EXPECT_TRUE(parse_json(repeated("[", 100) + repeated("]", 100), "f.json"));
 }
 
-TEST(JsonText, ErrorsNameTheFileTheLineAndTheWrongWord) {
+TEST(JsonText, ErrorsNameFileLineAndWrongWord) {
   for (const auto& [text, said] : std::initializer_list<std::pair<std::string, std::string>>{
            {"", "f.json:1: is empty, expected JSON"},
            {"{\"a\":\n [1, 2", "f.json:2: is not JSON: it ends too early and may be cut off"},
@@ -44,7 +44,7 @@ TEST(JsonText, ErrorsNameTheFileTheLineAndTheWrongWord) {
 }
 
 // Quadratic insertion would take minutes.
-TEST(JsonText, ObjectsOfManyMembersAreReadInLinearTime) {
+TEST(JsonText, ReadsLargeObjectsInLinearTime) {
   std::string text = "{";
   for (int n = 0; n < 300'000; ++n) text += "\"" + std::to_string(n) + "\":0,";
   const auto ordered = parse_ordered_json(text + "\"last\":1}", "f.json");
@@ -54,7 +54,7 @@ TEST(JsonText, ObjectsOfManyMembersAreReadInLinearTime) {
   EXPECT_FALSE(parse_ordered_json(text + "\"7\":1}", "f.json"));
 }
 
-TEST(JsonText, ChecksKindsAgainstAPattern) {
+TEST(JsonText, ChecksTypesAgainstAPattern) {
   using nlohmann::json;
   const json pattern{{"name", ""}, {"stages", json::array({{{"seconds", 0}, {"any", nullptr}}})}};
   EXPECT_TRUE(check_kinds({{"name", "x"}, {"stages", json::array()}, {"more", 1}}, pattern, "f"));

@@ -6,14 +6,14 @@ namespace borelli::nearest_name_test {
 namespace {
 
 // distances of the literature: kitten, sitting (Wagner and Fischer's example); Saturday, Sunday
-TEST(NearestName, DistancesOfTextbooks) {
+TEST(NearestName, EditDistancesMatchTextbooks) {
   EXPECT_EQ(edit_distance("kitten", "sitting"), 3U);
   EXPECT_EQ(edit_distance("Saturday", "Sunday"), 3U);
   EXPECT_EQ(edit_distance("", "abc"), 3U);
   EXPECT_EQ(edit_distance("abc", "abc"), 0U);
 }
 
-TEST(NearestName, OnlyWhereMostLettersAgree) {
+TEST(NearestName, IsGivenOnlyIfMostLettersAgree) {
   const std::vector<std::string> verbs{"segment", "simulate", "skeleton", "run"};
   EXPECT_EQ(nearest_name("simulat", verbs), "simulate");
   EXPECT_EQ(nearest_name("segemnt", verbs), "segment");

@@ -5,7 +5,7 @@
 namespace borelli {
 namespace {
 
-TEST(Printable, ShowsOtherBytesAsHexAndCutsLongTexts) {
+TEST(Printable, ShowsOtherBytesAsHexAndShortensLongTexts) {
   EXPECT_EQ(printable("MET_SHORT"), "MET_SHORT");
   EXPECT_EQ(printable(std::string("a\n\x01\xff", 4)), "a<0a><01><ff>");
   EXPECT_EQ(printable(std::string(41, 'x')), std::string(40, 'x') + "...");

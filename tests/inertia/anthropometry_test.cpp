@@ -20,7 +20,7 @@ extern const char* const zatsiorsky2002;
 }  // namespace data
 namespace {
 
-TEST(Anthropometry, DataAreAsTheyWereProofread) {
+TEST(Anthropometry, DataHaveTheirProofreadChecksum) {
   EXPECT_EQ(checksum(data::deleva1996), 4156993167460503624u);
   EXPECT_EQ(checksum(data::dumas2007), 5443407324323167102u);
   EXPECT_EQ(checksum(data::winter2009), 17342387942170466158u);
@@ -51,7 +51,7 @@ const std::map<std::string, std::string> our_names{{"Head", "head"},
 
 constexpr double rounding = 1e-12;
 
-TEST(Anthropometry, DeLevaIsTheSharedTable) {
+TEST(Anthropometry, DeLevaEqualsTheSharedTable) {
   const auto shared = shared_table("deleva1996.csv");
   if (!shared) GTEST_SKIP() << "no reference/deleva1996.csv beside the checkout";
   for (std::size_t row = 0; row < shared->rows.size(); ++row) {
@@ -76,7 +76,7 @@ TEST(Anthropometry, DeLevaIsTheSharedTable) {
   }
 }
 
-TEST(Anthropometry, DumasIsTheSharedTable) {
+TEST(Anthropometry, DumasEqualsTheSharedTable) {
   const auto shared = shared_table("dumas2007.csv");
   if (!shared) GTEST_SKIP() << "no reference/dumas2007.csv beside the checkout";
   // the shared table's rows of 2007, in their order, are ours
@@ -111,7 +111,7 @@ TEST(Anthropometry, DumasIsTheSharedTable) {
   EXPECT_EQ(next, ours.size());
 }
 
-TEST(Anthropometry, WinterIsTheSharedTable) {
+TEST(Anthropometry, WinterEqualsTheSharedTable) {
   const auto shared = shared_table("winter_dempster.csv");
   if (!shared) GTEST_SKIP() << "no reference/winter_dempster.csv beside the checkout";
   std::vector<const PublishedSegment*> ours;
@@ -137,7 +137,7 @@ TEST(Anthropometry, WinterIsTheSharedTable) {
   }
 }
 
-TEST(Anthropometry, ZatsiorskyIsTheSharedTable) {
+TEST(Anthropometry, ZatsiorskyEqualsTheSharedTable) {
   const auto shared = shared_table("zatsiorsky_mean.csv");
   if (!shared) GTEST_SKIP() << "no reference/zatsiorsky_mean.csv beside the checkout";
   const CsvTable ours = parse_csv(data::zatsiorsky2002, "zatsiorsky2002.csv").value();
@@ -184,7 +184,7 @@ TEST(Anthropometry, MassesSumToTheBody) {
   }
 }
 
-TEST(Anthropometry, DeLevasEndpointsTellOfOneSegment) {
+TEST(Anthropometry, DeLevasEndpointsDescribeSegmentsConsistently) {
   // A segment told from several endpoints has one radius of gyration in mm and, from a common endpoint, one
   // place of its gravity centre: a digit slip in any length or percentage would show.
   const auto& all = published_segments();

@@ -41,7 +41,7 @@ const GroupEntry& entry(const GroupTable& group, const std::string& name) {
 // y = 5 + 2 stature + 0.1 mass + e on a square of statures and masses, twice, with e = +-0.3 by the square's
 // diagonals, which is at right angles to both: least squares must find the plane, and 0.3 sqrt(8/5) beside
 // it.
-TEST(CompareTables, RegressionFindsThePlaneAndWhatIsLeft) {
+TEST(CompareTables, RegressionFindsThePlaneAndItsResiduals) {
   std::vector<NamedTable> bodies;
   double sum = 0, squares = 0;
   for (int twice = 0; twice < 2; ++twice)
@@ -95,7 +95,7 @@ TEST(CompareTables, SaysWhyThereIsNoRegression) {
   EXPECT_FALSE(entry(group_of(bodies), "mass_kg").regression);
 }
 
-TEST(CompareTables, TwoTablesByEntryInTheirDeviations) {
+TEST(CompareTables, TwoTablesAreComparedInStandardDeviations) {
   NamedTable a = body(10, 70, 1.7), b = body(10.5, 70, 1.7);
   a.table.rows[0].deviations = {{"mass_kg", 0.3, {}}};
   b.table.rows[0].deviations = {{"mass_kg", 0.4, {}}};
@@ -114,7 +114,7 @@ TEST(CompareTables, TwoTablesByEntryInTheirDeviations) {
   for (const TableDifference& d : differences(a.table, b.table)) EXPECT_NE(d.part, "thigh_left");
 }
 
-TEST(CompareTables, OtherConventionsAreRefusedInWords) {
+TEST(CompareTables, RefusesOtherConventions) {
   NamedTable a = body(10, 70, 1.7), b = body(8, 70, 1.7);
   b.name = "bone.json", b.table.source.cuts = "bone";
   const auto refused = check_comparable({a, b});

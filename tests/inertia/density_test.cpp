@@ -26,9 +26,9 @@ std::string read_file(const std::string& path) {
   return text.str();
 }
 
-TEST(Density, DataAreAsTheyWereProofread) { EXPECT_EQ(checksum(data::hu_density), 1884766384293099931u); }
+TEST(Density, DataHaveTheirProofreadChecksum) { EXPECT_EQ(checksum(data::hu_density), 1884766384293099931u); }
 
-TEST(Density, DataAreTheSharedOnes) {
+TEST(Density, DataEqualTheSharedFile) {
   const std::string shared = read_file(test::shared_folder() + "/reference/hu_density.csv");
   if (shared.empty()) GTEST_SKIP() << "no reference/hu_density.csv beside the checkout";
   const std::map<std::string, std::string> names{{"schneider2000_opengate", "schneider2000"},
@@ -50,7 +50,7 @@ TEST(Density, DataAreTheSharedOnes) {
   }
 }
 
-TEST(Density, CurvesAscendInHuAndNameTheirPublication) {
+TEST(Density, CurvesRiseInHuAndNameTheirPublication) {
   EXPECT_EQ(density_curves().size(), 5u);
   for (const auto& curve : density_curves()) {
     EXPECT_GT(curve.source.size(), 40u) << curve.name;
@@ -63,7 +63,7 @@ TEST(Density, CurvesAscendInHuAndNameTheirPublication) {
   }
 }
 
-TEST(Density, ValuesBetweenAtAndOutsideTheKnots) {
+TEST(Density, InterpolatesBetweenAtAndOutsideTheKnots) {
   const auto curve = density_curve("schneider2000");
   ASSERT_TRUE(curve);
   EXPECT_EQ(curve->name, default_density_curve);
@@ -79,7 +79,7 @@ TEST(Density, ValuesBetweenAtAndOutsideTheKnots) {
   EXPECT_DOUBLE_EQ(curve->at(30000), 2800);  // metal
 }
 
-TEST(Density, UnknownCurveIsRefusedWithTheNamesThereAre) {
+TEST(Density, RefusesUnknownCurvesAndListsKnownOnes) {
   const auto curve = density_curve("schneider");
   ASSERT_FALSE(curve);
   EXPECT_EQ(curve.error().kind, Error::Kind::use);
@@ -87,7 +87,7 @@ TEST(Density, UnknownCurveIsRefusedWithTheNamesThereAre) {
             std::string::npos);
 }
 
-TEST(Density, WeightsOfGreyValues) {
+TEST(Density, GreyValuesGiveWeights) {
   const auto curve = density_curve(default_density_curve);
   const auto hu = density_weights(Quantity::hu, *curve),
              density = density_weights(Quantity::density_kgm3, *curve);
@@ -152,7 +152,7 @@ CurveError error_of(const DensityCurve& curve, const CsvTable& tissues) {
   return error;
 }
 
-TEST(Density, DefaultIsNearestInEachTissue) {
+TEST(Density, DefaultCurveIsClosestToIcru44Tissues) {
   const auto tissues =
       parse_csv(read_file(test::source_folder() + "/tests/inertia/icru44_tissues.csv"), "tissues");
   ASSERT_TRUE(tissues);

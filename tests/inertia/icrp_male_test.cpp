@@ -32,7 +32,7 @@ std::optional<LabelMap> read_body() {
   return body;
 }
 
-TEST(IcrpMale, MassCentreAndTensorFromDensities) {
+TEST(IcrpMale, HasPublishedMassCentreAndTensorFromDensities) {
   const auto body = read_body();
   if (!body) GTEST_SKIP() << "no volumes/icrp_am beside the checkout";
   const auto density = read_volume(folder + "AM_density_kgm3.nii.gz",
@@ -58,7 +58,7 @@ TEST(IcrpMale, MassCentreAndTensorFromDensities) {
   EXPECT_TRUE(check_physical(male, "ICRP male"));
 }
 
-TEST(IcrpMale, MassFromCtNumbersByEachCurve) {
+TEST(IcrpMale, HasPublishedMassFromCtNumbersWithEachCurve) {
   const auto body = read_body();
   if (!body) GTEST_SKIP() << "no volumes/icrp_am beside the checkout";
   const auto scan = read_volume(folder + "AM_hu.nii.gz", {.quantity = FileQuantity::hu, .progress = {}});

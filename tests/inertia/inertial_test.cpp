@@ -86,12 +86,12 @@ std::vector<PointMass> cloud(unsigned seed, int count) {
   return points;
 }
 
-TEST(Inertial, MovesTetrahedronAndKeepsItsTensor) {
+TEST(Inertial, TranslatedTetrahedronKeepsItsTensor) {
   const Inertial moved = corner_tetrahedron.moved({1, -2, 3});
   expect_near(moved, {1. / 6, Vector3d(5. / 4, -7. / 4, 13. / 4), corner_tetrahedron.tensor}, rounding);
 }
 
-TEST(Inertial, TensorAboutAPointOfATetrahedron) {
+TEST(Inertial, TetrahedronHasKnownTensorAboutAPoint) {
   // about the corner: integral of y^2 + z^2 = 1/30, -integral of xy = -1/120
   const Matrix3d corner = corner_tetrahedron.tensor_about(Vector3d::Zero());
   EXPECT_LT(
@@ -105,7 +105,7 @@ TEST(Inertial, TensorAboutAPointOfATetrahedron) {
       rounding);
 }
 
-TEST(Inertial, SixTetrahedraMakeACube) {
+TEST(Inertial, SixTetrahedraAddUpToACube) {
   const Inertial tetrahedron = kuhn_tetrahedron();
   Inertial cube;
   for (const auto& [x, y, z] : {std::array{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}}) {
@@ -129,7 +129,7 @@ TEST(Inertial, SkewedBoxSplitsIntoItsHalvesAndMergesAgain) {
   expect_near(other_half + skewed_half, skewed_box, rounding);
 }
 
-TEST(Inertial, MergesAndSplitsFarFromTheOriginWithoutLoss) {
+TEST(Inertial, MergesAndSplitsFarFromTheOriginExactly) {
   // 1 km away, products of the centres are 1e6: merging about the origin would lose 6 digits of 16, while
   // here only the rounding of the centres counts: 1 km * 2^-53 = 1.1e-13 m, a few of them, times arms of 1 m.
   const Vector3d away(1000, -700, 400);
@@ -138,7 +138,7 @@ TEST(Inertial, MergesAndSplitsFarFromTheOriginWithoutLoss) {
   expect_near(merged - skewed_half.moved(away), skewed_half.moved(away + Vector3d(1. / 2, 0, 0)), 1e-12);
 }
 
-TEST(Inertial, MergeIsTheSumOfPointMasses) {
+TEST(Inertial, MergeEqualsTheSumOfPointMasses) {
   const auto a = cloud(1, 40), b = cloud(2, 7);
   auto both = a;
   both.insert(both.end(), b.begin(), b.end());
@@ -155,7 +155,7 @@ TEST(Inertial, EmptySolidIsNeutral) {
   expect_near(Inertial{} + Inertial{}, Inertial{}, 0);
 }
 
-TEST(Inertial, AnotherFrameIsTheSumOfThePointsThere) {
+TEST(Inertial, AnotherFrameEqualsTheSumOfPointsThere) {
   const auto points = cloud(3, 25);
   const Matrix3d R_GF = AngleAxisd(1.1, Vector3d(1, -2, 0.5).normalized()).toRotationMatrix();
   const Vector3d p_GF(0.3, -4, 2);
@@ -185,7 +185,7 @@ TEST(Inertial, RotationKeepsInvariants) {
   }
 }
 
-TEST(Inertial, PrincipalAxesAreSortedRightHandedAndMakeTheTensor) {
+TEST(Inertial, PrincipalAxesAreSortedAndRightHanded) {
   std::mt19937 random(5);
   std::normal_distribution<double> normal;
   for (int n = 0; n < 20; ++n) {
@@ -201,7 +201,7 @@ TEST(Inertial, PrincipalAxesAreSortedRightHandedAndMakeTheTensor) {
   }
 }
 
-TEST(Inertial, PrincipalMomentsOfATurnedBox) {
+TEST(Inertial, RotatedBoxHasKnownPrincipalMoments) {
   // box of 3 x 4 x 12 m and 24 kg: moments 24/12 (b^2 + c^2) = 2 * (25, 153, 160)
   const Matrix3d R = AngleAxisd(0.7, Vector3d(2, 1, -1).normalized()).toRotationMatrix();
   const Inertial box = Inertial{24, {1, 2, 3}, Vector3d(320, 306, 50).asDiagonal()}.rotated(R);
@@ -213,7 +213,7 @@ TEST(Inertial, PrincipalMomentsOfATurnedBox) {
   EXPECT_NEAR(radii[2], std::sqrt(25. / 12), rounding);
 }
 
-TEST(Inertial, PhysicalBodiesPass) {
+TEST(Inertial, AcceptsPhysicalBodies) {
   EXPECT_TRUE(check_physical(skewed_box, "box"));
   EXPECT_TRUE(check_physical(corner_tetrahedron, "tetrahedron"));
   // a flat plate lies on the border of the triangle inequality
@@ -230,7 +230,7 @@ void expect_refused(const Inertial& inertial, std::initializer_list<const char*>
         << word << " in " << answer.error().message();
 }
 
-TEST(Inertial, ImpossibleBodiesAreRefusedWithTheirNumbers) {
+TEST(Inertial, RefusesImpossibleBodiesWithTheirNumbers) {
   expect_refused({-2, Vector3d::Zero(), Matrix3d::Identity()}, {"thigh_left", "-2 kg"});
   expect_refused({0, Vector3d::Zero(), Matrix3d::Identity()}, {"0 kg"});
   expect_refused({1, Vector3d::Zero(), Vector3d(1, 2, 3.5).asDiagonal()}, {"triangle", "3.5", "1 + 2 = 3 "});
@@ -245,7 +245,7 @@ TEST(Inertial, ImpossibleBodiesAreRefusedWithTheirNumbers) {
                  {"triangle", "3.5"});
 }
 
-TEST(Inertial, BarsAndPointsPassOnlyWhereTheyAreAllowed) {
+TEST(Inertial, AcceptsBarsAndPointsOnlyIfAllowed) {
   const Inertial bar{1, Vector3d::Zero(), Vector3d(0, 1. / 12, 1. / 12).asDiagonal()};
   const Inertial point{1, Vector3d::Ones(), Matrix3d::Zero()};
   for (const Inertial& body : {bar, point}) {

@@ -99,7 +99,7 @@ void expect_equal(const Inertial& found, const Inertial& expected, double tolera
             tolerance * expected.tensor.cwiseAbs().maxCoeff());
 }
 
-TEST(Moments, AreTheSumsOverSingleVoxelsOnAnObliqueGrid) {
+TEST(Moments, EqualSumsOverSingleVoxelsOnAnObliqueGrid) {
   for (const Grid& grid : {oblique_grid(), grid_of_long_rows()}) {
     const Scan scan = random_scan(grid, 1);
     const auto moments = label_moments(scan.labels, scan.grey, scan.weights);
@@ -112,7 +112,7 @@ TEST(Moments, AreTheSumsOverSingleVoxelsOnAnObliqueGrid) {
   }
 }
 
-TEST(Moments, CountsVoxelsAndLeavesOutsideOut) {
+TEST(Moments, CountVoxelsAndIgnoreOutside) {
   const Scan scan = random_scan(oblique_grid(), 2);
   const auto weighted = label_moments(scan.labels, scan.grey, scan.weights);
   const auto plain = label_moments(scan.labels);
@@ -130,7 +130,7 @@ TEST(Moments, CountsVoxelsAndLeavesOutsideOut) {
   EXPECT_NEAR(scan.labels.grid.voxel_volume(), 3.42, 1e-12);
 }
 
-TEST(Moments, WithoutGreyAreThoseOfWeightOne) {
+TEST(Moments, WithoutGreyValuesEqualWeightOne) {
   for (const Grid& grid : {oblique_grid(), grid_of_long_rows()}) {
     Scan scan = random_scan(grid, 3);
     scan.weights.assign(65536, 1);
@@ -145,7 +145,7 @@ TEST(Moments, WithoutGreyAreThoseOfWeightOne) {
   }
 }
 
-TEST(Moments, DoNotDependOnThreads) {
+TEST(Moments, AreIndependentOfThreads) {
   Grid grid = oblique_grid();
   grid.size[2] = 67;  // several slabs, the last one short
   const Scan scan = random_scan(grid, 4);
@@ -193,7 +193,7 @@ Scan rebased(const Scan& scan, const Eigen::Matrix3i& U) {
   return there;
 }
 
-TEST(Moments, SameBodyOnStraightTurnedAndShearedGrids) {
+TEST(Moments, AgreeOnStraightRotatedAndShearedGrids) {
   Grid grid;
   grid.size = {20, 17, 15};
   grid.axes = Vector3d(1.2, 0.7, 3).asDiagonal();
@@ -314,7 +314,7 @@ Errors rms_errors(double h, Shape shape, bool averages, Sampling sampling, int p
   return {std::sqrt(rms.mass), std::sqrt(rms.centre_mm), std::sqrt(rms.tensor)};
 }
 
-TEST(Moments, OfAHandsLabelMapFallAsTheSquareOfTheVoxel) {
+TEST(Moments, OfAHandConvergeWithTheSquareOfTheVoxelSize) {
   const Errors at_4mm = rms_errors(4, Shape::cubic, false, Sampling::points, 48),
                at_2mm = rms_errors(2, Shape::cubic, false, Sampling::points, 48);
   // A hand of these axes at 2 mm errs by .069 % of mass, .038 mm and .15 % of a moment in random pose (rms of
@@ -327,7 +327,7 @@ TEST(Moments, OfAHandsLabelMapFallAsTheSquareOfTheVoxel) {
   EXPECT_GT(at_4mm.tensor / at_2mm.tensor, 2.5);
 }
 
-TEST(Moments, OfAveragesTakeSheppardsCorrectionOnSkewedGrids) {
+TEST(Moments, OfAveragesUseSheppardsCorrectionOnSkewedGrids) {
   const Errors with = rms_errors(4, Shape::skewed, true, Sampling::averages, 8),
                without = rms_errors(4, Shape::skewed, true, Sampling::points, 8);
   // h^2/12 is 1.3 mm^2 on each of two axes of a mean square radius of (40^2 + 90^2)/5 mm^2: 0.14 %. The
@@ -338,7 +338,7 @@ TEST(Moments, OfAveragesTakeSheppardsCorrectionOnSkewedGrids) {
   EXPECT_LT(with.mass, 0.0001);
 }
 
-TEST(Moments, OfALabelMapHaveNoBiasWithoutTheCubesOwnMoment) {
+TEST(Moments, OfALabelMapNeedNoCubeMoment) {
   // Over random places of the grid the sum over centres is an unbiased estimate of the integral; with the
   // cube's own h^2/12 per axis it is not. Trace of the second moments about the true centre, 8 mm.
   constexpr int poses = 2000;
@@ -359,7 +359,7 @@ TEST(Moments, OfALabelMapHaveNoBiasWithoutTheCubesOwnMoment) {
   EXPECT_GT(std::abs(mean + cubes_own), 4 * deviation_of_mean);
 }
 
-TEST(Moments, OfASliverStayThoseOfABody) {
+TEST(Moments, OfASliverStayPhysical) {
   // one voxel thick, cut from its neighbours: less than h^2/12 is there to be subtracted
   LabelMap labels;
   labels.grid.size = {30, 20, 4};
@@ -373,7 +373,7 @@ TEST(Moments, OfASliverStayThoseOfABody) {
   EXPECT_EQ(sliver.tensor, to_inertial((*moments)[1], labels.grid, Sampling::points).tensor);
 }
 
-TEST(Moments, OfAnEmptyLabelAreNothing) {
+TEST(Moments, OfAnEmptyLabelAreZero) {
   const Scan scan = random_scan(oblique_grid(), 8);
   const auto moments = label_moments(scan.labels, scan.grey, scan.weights);
   ASSERT_TRUE(moments);
@@ -382,7 +382,7 @@ TEST(Moments, OfAnEmptyLabelAreNothing) {
   EXPECT_EQ(empty.tensor, Matrix3d::Zero());
 }
 
-TEST(Moments, RefuseVolumesThatDoNotBelongTogether) {
+TEST(Moments, RefuseVolumesOnDifferentGrids) {
   Scan scan = random_scan(oblique_grid(), 9);
   Scan moved = scan;
   moved.grey.grid.origin[0] += 1;

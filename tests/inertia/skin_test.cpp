@@ -105,7 +105,7 @@ double mass_error(const LabelMap& labels, const GreyVolume& grey, BelowAir below
   return to_inertial((*moments)[1], labels.grid, Sampling::averages).mass / exact - 1;
 }
 
-TEST(Skin, OfABlurredHandHoldsTwoPercentWhichGrowingBringsBack) {
+TEST(Skin, GrowingRecoversTwoPercentOfABlurredHand) {
   Image image = draw_hand(2, true);
   blur(image, 1);
   const Scan scan = scan_of(image);
@@ -116,7 +116,7 @@ TEST(Skin, OfABlurredHandHoldsTwoPercentWhichGrowingBringsBack) {
 }
 
 // However tightly the label map is cut: at half, or where a voxel holds nine tenths of body.
-TEST(Skin, VolumeOfABlurredHandIsThatOfTheEllipsoid) {
+TEST(Skin, VolumeOfABlurredHandEqualsTheEllipsoid) {
   Image image = draw_hand(2, true);
   blur(image, 1);
   Scan scan = scan_of(image);
@@ -140,7 +140,7 @@ TEST(Skin, VolumeOfABlurredHandIsThatOfTheEllipsoid) {
   EXPECT_EQ(volumes_with_skin(scan.labels, scan.grey, *weights, *none)->all[1], 0);
 }
 
-TEST(Skin, TensorOfABlurredHandIsRightWithGrowthAndSheppard) {
+TEST(Skin, GrowthAndSheppardCorrectTheTensorOfABlurredHand) {
   const Image image = draw_hand(3, true);
   const Scan scan = scan_of(image);
   const auto weights = density_weights(Quantity::hu, straight_curve());
@@ -157,7 +157,7 @@ TEST(Skin, TensorOfABlurredHandIsRightWithGrowthAndSheppard) {
   }
 }
 
-TEST(Skin, NoiseOfAirAveragesOutOnlyWithStraightWeights) {
+TEST(Skin, NoiseOfAirAveragesOutOnlyWithLinearWeights) {
   const Scan scan = scan_of(draw_hand(2, true), 30);
   const LabelMap grown = grow_skin(scan.labels);
   std::int64_t added = 0, body = 0;
@@ -173,7 +173,7 @@ TEST(Skin, NoiseOfAirAveragesOutOnlyWithStraightWeights) {
             0.5 * 12. / 1050 * static_cast<double>(added) / static_cast<double>(body));
 }
 
-TEST(Skin, GoesToTheNearestPartOnAnisotropicGrids) {
+TEST(Skin, BelongsToTheNearestPartOnAnisotropicGrids) {
   LabelMap labels;
   labels.grid.size = {9, 9, 9};
   labels.grid.axes = Vector3d(1, 1, 5).asDiagonal();
@@ -192,7 +192,7 @@ TEST(Skin, GoesToTheNearestPartOnAnisotropicGrids) {
   EXPECT_EQ(grown.at(0, 4, 4), 0);
 }
 
-TEST(Skin, MixedVoxelsTellAveragesFromPoints) {
+TEST(Skin, MixedVoxelsDistinguishAveragesFromPoints) {
   const auto weights = density_weights(Quantity::hu, *density_curve(default_density_curve));
   const Scan points = scan_of(draw_hand(2, false), 60), averages = scan_of(draw_hand(2, true), 60);
   const auto of_points = mixed_share(points.labels, points.grey, *weights);

@@ -78,7 +78,7 @@ TEST(Table, MassesSumToTheWhole) {
   EXPECT_LT((table.whole.inertial.tensor_about(Vector3d::Zero()) - sum).cwiseAbs().maxCoeff(), 1e-13);
 }
 
-TEST(Table, NumbersAboutAnatomicalAxes) {
+TEST(Table, GivesNumbersAboutAnatomicalAxes) {
   const auto numbers = anatomical_numbers(thigh_row());
   ASSERT_TRUE(numbers);
   EXPECT_NEAR(numbers->length, length, 1e-15);
@@ -91,7 +91,7 @@ TEST(Table, NumbersAboutAnatomicalAxes) {
   EXPECT_FALSE(anatomical_numbers(trunk_row()));
 }
 
-TEST(Table, ProductsTurnIntoAnatomicalAxes) {
+TEST(Table, RotatesProductsIntoAnatomicalAxes) {
   InertiaRow row = thigh_row();
   row.inertial.tensor(0, 2) = row.inertial.tensor(2, 0) = 0.003;  // of patient x (left) and z (up)
   row.inertial.tensor(0, 1) = row.inertial.tensor(1, 0) = 0.001;  // of x (left) and y (back)
@@ -100,7 +100,7 @@ TEST(Table, ProductsTurnIntoAnatomicalAxes) {
   EXPECT_NEAR(numbers->tensor(0, 2), 0.001, 1e-15);   // of X (front) and Z (right): both turn
 }
 
-TEST(Table, PublishedValuesStandOnlyWhereTheyCompare) {
+TEST(Table, ShowsPublishedValuesOnlyIfComparable) {
   InertiaTable table = make_table(source(), {thigh_row(), trunk_row()});
   const Comparison deleva = compare(table, table.rows[0], "deleva1996");
   ASSERT_TRUE(deleva.published);
@@ -126,7 +126,7 @@ TEST(Table, PublishedValuesStandOnlyWhereTheyCompare) {
   EXPECT_FALSE(compare(other, other.rows[0], "deleva1996").published);
 }
 
-TEST(Table, ImpossibleTensorsAreFlaggedWithTheirNumbers) {
+TEST(Table, FlagsImpossibleTensorsWithTheirNumbers) {
   InertiaRow row = trunk_row();
   row.inertial.tensor = Vector3d(1, 2, 3.5).asDiagonal();
   InertiaRow absent;
@@ -140,7 +140,7 @@ TEST(Table, ImpossibleTensorsAreFlaggedWithTheirNumbers) {
   EXPECT_NE(to_csv(table).find("triangle inequality"), std::string::npos);
 }
 
-TEST(Table, DeviationsComeBackFromTheirFile) {
+TEST(Table, DeviationsRoundTrip) {
   InertiaTable table = make_table(source(), {thigh_row(), trunk_row()});
   table.causes = {"density_curve", "noise"};
   table.rows[0].deviations = {{"mass_kg", 0.5, {0.3, 0.4}}, {"length_m", 0.002, {0, 0.002}}};
@@ -187,7 +187,7 @@ void expect_same(const InertiaTable& a, const InertiaTable& b) {
   }
 }
 
-TEST(Table, JsonComesBackBitByBit) {
+TEST(Table, JsonRoundTripsBitForBit) {
   InertiaRow absent;
   absent.part = "head";
   absent.completeness = Completeness::absent;
@@ -202,7 +202,7 @@ TEST(Table, JsonComesBackBitByBit) {
   EXPECT_EQ(back->whole.inertial.tensor, table.whole.inertial.tensor);
 }
 
-TEST(Table, CsvHoldsTheSameNumbersUnderNamedUnits) {
+TEST(Table, CsvHasTheSameNumbersWithUnits) {
   const InertiaTable table = make_table(source(), {thigh_row(), trunk_row()});
   const auto csv = parse_csv(to_csv(table), "csv");
   ASSERT_TRUE(csv) << csv.error().message();
@@ -224,7 +224,7 @@ TEST(Table, CsvHoldsTheSameNumbersUnderNamedUnits) {
   EXPECT_TRUE(stated);
 }
 
-TEST(Table, DamagedJsonIsRefusedNamingWhatIsWrong) {
+TEST(Table, RefusesDamagedJsonWithTheFault) {
   const auto json = nlohmann::json::parse(to_json(make_table(source(), {thigh_row()})));
   const auto expect_refused = [&](const char* pointer, const nlohmann::json& value, const std::string& word) {
     auto damaged = json;

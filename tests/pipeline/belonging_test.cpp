@@ -33,7 +33,7 @@ LabelMap moved(const LabelMap& labels, std::int64_t by_x, std::int64_t by_z) {
   return to;
 }
 
-TEST(Belonging, AirInALabelMapIsWhatItWasMovedOutOfTheBody) {
+TEST(Belonging, AirInALabelMapMeasuresItsDisplacement) {
   const Scan scan = scan_of(4);
   const LabelsInAir sound = labels_in_air(scan.grey, scan.labels);
   EXPECT_TRUE(sound.doubtful.empty());  // lungs and gut are of the body
@@ -65,7 +65,7 @@ TEST(Belonging, AirInALabelMapIsWhatItWasMovedOutOfTheBody) {
   }
 }
 
-TEST(Belonging, FindingsOfAnotherLabelMapAreRefused) {
+TEST(Belonging, RefusesFindingsOfAnotherLabelMap) {
   const Scan scan = scan_of(6);
   const Segmentation own = segmentation_of(scan.labels, {}, scan.grey, 0);
   const auto same = compare_volumes(own.part, scan.labels);
@@ -96,7 +96,7 @@ TEST(Belonging, FindingsOfAnotherLabelMapAreRefused) {
   EXPECT_EQ(compare_volumes(own.part, some).value(), "");
 }
 
-TEST(Belonging, JointCentresOfAnotherPoseAreRefused) {
+TEST(Belonging, RefusesJointCentresOfAnotherPose) {
   const Scan scan = scan_of(6);
   EXPECT_EQ(compare_joints(standing().landmarks, scan.labels).value(), "");
   Landmarks one = standing().landmarks;
@@ -112,7 +112,7 @@ TEST(Belonging, JointCentresOfAnotherPoseAreRefused) {
   EXPECT_NE(refused.error().message().find("another body"), std::string::npos);
 }
 
-TEST(Belonging, ExchangedSidesAreTold) {
+TEST(Belonging, ReportsSwappedSides) {
   LabelMap labels = scan_of(8).labels;
   EXPECT_EQ(compare_sides(labels), "");
   const auto exchange = [&](const std::string& stem) {
@@ -133,7 +133,7 @@ TEST(Belonging, ExchangedSidesAreTold) {
             std::string::npos);
 }
 
-TEST(Belonging, LandmarksOfAnotherBodyThanTheTablesAreRefused) {
+TEST(Belonging, RefusesLandmarksOfAnotherBody) {
   const Scan scan = scan_of(6);
   const auto table = measure(scan.grey, scan.labels, standing().landmarks);
   ASSERT_TRUE(table) << table.error().message();

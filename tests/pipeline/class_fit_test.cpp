@@ -19,7 +19,7 @@ namespace {
 
 // Seeds 1 to 24 were looked at when the limits were chosen, later ones not; BORELLI_PAIRS=FIRST,LAST tries
 // others.
-TEST(ClassFit, PairsOfTheIcrpBodies) {
+TEST(ClassFit, RecognisesPairsOfTheIcrpBodies) {
   const std::string volumes = test::shared_folder() + "/volumes";
   if (!std::filesystem::exists(volumes + "/icrp_af")) GTEST_SKIP() << "the ICRP bodies are not there";
   if (std::system("/usr/bin/python3 -c 'import scipy' 2>/dev/null") != 0)
@@ -54,7 +54,7 @@ TEST(ClassFit, PairsOfTheIcrpBodies) {
 }
 
 // The phantom's bones, lungs and flesh by its own solids.
-TEST(ClassFit, ThePhantomsClasses) {
+TEST(ClassFit, RecognisesThePhantomsClasses) {
   const Phantom body = build_phantom({}).value();
   GridOptions grid;
   grid.spacing.setConstant(4);

@@ -11,7 +11,7 @@
 namespace borelli {
 namespace {
 
-TEST(ColourTable, ALinePerLabelInThePalettesColours) {
+TEST(ColourTable, HasALinePerLabelInThePalettesColours) {
   LabelMap labels;
   for (const Part& part : parts) labels.names.emplace_back(part.name);
   labels.names.resize(19);

@@ -37,7 +37,7 @@ struct Leg {
   }
 };
 
-TEST(CutLines, RunAcrossTheLimbThatTheyCut) {
+TEST(CutLines, CrossTheLimbThatTheyCut) {
   for (const double tilt : {-0.5, 0.0, 0.3}) {  // of the limb in the coronal plane
     const Vector3d down(std::sin(tilt), 0, -std::cos(tilt));
     const Leg leg(down, down);
@@ -53,7 +53,7 @@ TEST(CutLines, RunAcrossTheLimbThatTheyCut) {
   }
 }
 
-TEST(CutLines, PlanesTiltedInDepthAreSeenOverTheirWholeWidth) {
+TEST(CutLines, ShowPlanesTiltedInDepthOverTheirWidth) {
   const Leg leg({0, 0, -1}, {0, 0.6, -0.8});
   const auto lines = cut_lines(leg.copy, names, {leg.cut});
   ASSERT_EQ(lines.size(), 1u);
@@ -71,7 +71,7 @@ TEST(CutLines, EndAtTheirReach) {
   EXPECT_NEAR(lines[0].to[0], leg.cut.point[0] + 20, 2);
 }
 
-TEST(CutLines, AreOfPlanesThatPartTheLabelsOnly) {
+TEST(CutLines, ShowOnlyPlanesThatCutTheLabels) {
   Leg leg({0, 0, -1}, {0, 0, -1});
   Cut elsewhere = leg.cut;
   elsewhere.point[2] += 30;  // thigh on both sides

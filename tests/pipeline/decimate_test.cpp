@@ -85,7 +85,7 @@ long euler(const TriangleSurface& s) {
          static_cast<long>(s.triangles.size());
 }
 
-TEST(Decimate, KeepsToItsToleranceAndItsTopology) {
+TEST(Decimate, KeepsToleranceAndTopology) {
   const TriangleSurface whole = torus(160, 80, 30, 10);
   ASSERT_TRUE(is_closed(whole.points.size(), whole.triangles));
   std::size_t before = whole.triangles.size();
@@ -102,13 +102,13 @@ TEST(Decimate, KeepsToItsToleranceAndItsTopology) {
 
 // A torus within 0.1 needs few triangles: chords of a circle of radius 10 with sagitta s are 2 sqrt(2 * 10 *
 // s) long, so about area / (0.43 * chord^2) triangles inscribed; an optimal mesh lies half in, half out.
-TEST(Decimate, IsNotWasteful) {
+TEST(Decimate, NeedsFewTriangles) {
   const TriangleSurface fewer = decimate(torus(160, 80, 30, 10), 0.1);
   const double area = 4 * std::numbers::pi * std::numbers::pi * 30 * 10, chord = 2 * std::sqrt(2 * 10 * 0.1);
   EXPECT_LT(static_cast<double>(fewer.triangles.size()), area / (0.43 * chord * chord));
 }
 
-TEST(Decimate, PiecesOfAFewTrianglesStay) {
+TEST(Decimate, KeepsPiecesOfAFewTriangles) {
   TriangleSurface s = torus(60, 30, 30, 10);
   add_octahedron(s, {0, 0, 0}, 0.5);
   add_octahedron(s, {0, 0, 5}, 0.5);
@@ -119,7 +119,7 @@ TEST(Decimate, PiecesOfAFewTrianglesStay) {
 }
 
 // Two sheets a quarter of the tolerance apart are not sewn together, and noise does not break it
-TEST(Decimate, ThinAndRoughSurfacesStayClosed) {
+TEST(Decimate, KeepsThinAndRoughSurfacesClosed) {
   TriangleSurface flat = torus(120, 60, 30, 10);
   for (auto& p : flat.points) p.z() *= 0.01;  // 0.2 thick
   const TriangleSurface thin = decimate(flat, 0.8);
@@ -138,7 +138,7 @@ TEST(Decimate, ThinAndRoughSurfacesStayClosed) {
   EXPECT_LT(fewer.triangles.size(), rough.triangles.size() / 2);
 }
 
-TEST(Decimate, TrianglesWithoutAreaLeaveNoNumberUndefined) {
+TEST(Decimate, HandlesTrianglesWithoutArea) {
   TriangleSurface pinched = torus(40, 20, 30, 10);
   for (std::size_t i = 20 * 5; i < 20 * 12; ++i) pinched.points[i] = {20, 20, 0};  // seven rings in one point
   const TriangleSurface fewer = decimate(pinched, 0.5);

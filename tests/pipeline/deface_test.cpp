@@ -104,7 +104,7 @@ class Deface : public testing::TestWithParam<std::pair<double, double>> {
   const std::uint8_t label = static_cast<std::uint8_t>(part_label("head"));
 };
 
-TEST_P(Deface, WhatIsLeftLiesFarFromTheFace) {
+TEST_P(Deface, RemovesEverythingNearTheFace) {
   const auto cut = face_cut(labels, {});
   ASSERT_TRUE(cut);
   Thumbnail copy = thumbnail(nullptr, &labels);
@@ -128,7 +128,7 @@ TEST_P(Deface, WhatIsLeftLiesFarFromTheFace) {
   EXPECT_GT(mean, 25);
 }
 
-TEST_P(Deface, NothingElseChanges) {
+TEST_P(Deface, ChangesNothingElse) {
   const auto cut = face_cut(labels, {});
   ASSERT_TRUE(cut);
   const GreyVolume grey = grey_of(labels);
@@ -153,7 +153,7 @@ TEST_P(Deface, NothingElseChanges) {
   EXPECT_LT(static_cast<double>(taken), 0.3 * static_cast<double>(all));
 }
 
-TEST_P(Deface, TheMeshIsClosedAndEndsAtThePlane) {
+TEST_P(Deface, MeshIsClosedAndEndsAtThePlane) {
   const auto cut = face_cut(labels, {});
   ASSERT_TRUE(cut);
   const MeshOptions options{0.001, 2, {}};

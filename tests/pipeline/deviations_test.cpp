@@ -19,7 +19,7 @@ const Phantom& standing() {
   return phantom;
 }
 
-TEST(Deviations, NoiseIsFoundInTheScan) {
+TEST(Deviations, EstimateTheNoiseFromTheScan) {
   GridOptions coarse;
   coarse.spacing = Vector3d::Constant(6);
   const Grid grid = phantom_grid(standing(), coarse);
@@ -31,7 +31,7 @@ TEST(Deviations, NoiseIsFoundInTheScan) {
 }
 
 // A plane that moves by d through a limb of section A takes A d from one part and gives it to the other.
-TEST(Deviations, RecutMovesWhatLiesBetweenThePlanes) {
+TEST(Deviations, RecutMovesTheVoxelsBetweenThePlanes) {
   GridOptions coarse;
   coarse.spacing = Vector3d::Constant(4);
   const Scan scan = voxelise(standing(), phantom_grid(standing(), coarse));
@@ -64,7 +64,7 @@ TEST(Deviations, RecutMovesWhatLiesBetweenThePlanes) {
 
 // By `bone` no plane cuts: a disc's deviation makes of the parts beside it what segmenting anew with that
 // disc so far off does, within a factor of two.
-TEST(Deviations, DiscsMoveBordersThatFollowBones) {
+TEST(Deviations, DiscsMoveBoundariesThatFollowBones) {
   const Phantom body = build_phantom({.variation = 6003}).value();
   GridOptions coarse;
   coarse.spacing = Vector3d::Constant(4);
@@ -103,7 +103,7 @@ TEST(Deviations, DiscsMoveBordersThatFollowBones) {
 // The exact value lies within two deviations in about 95 of 100 cases. All entries of 16 parts in a trial
 // share its curve and landmarks; taken as no more than 16 independent cases a trial, n = 16 x 12 = 192 gives
 // 0.95 a standard deviation of 0.016: from 0.90 to 0.998 are three of them. A longer run: deviations_bench.
-TEST(Deviations, HoldTheExactValueInNineteenOfTwentyCases) {
+TEST(Deviations, CoverTheExactValueInNineteenOfTwentyCases) {
   std::map<std::string, test::TrialCount> counts;
   for (std::uint32_t trial = 0; trial < 12; ++trial)
     test::try_deviations(standing(), 100 + trial, 5, 8, counts);
@@ -121,7 +121,7 @@ TEST(Deviations, HoldTheExactValueInNineteenOfTwentyCases) {
 
 // The whole way from grey values: landmarks in a drawn body are found better than in a person, so that all
 // but few lie within; no bias of volumes or masses passes for exact.
-TEST(Deviations, HoldWhatIsFoundInAScan) {
+TEST(Deviations, CoverTheErrorsOfASegmentedScan) {
   const Phantom body = build_phantom({.sex = Sex::female, .variation = 502}).value();
   GridOptions grid;
   grid.spacing = Vector3d::Constant(3);
@@ -150,7 +150,7 @@ TEST(Deviations, HoldWhatIsFoundInAScan) {
 // An MR scan: its tissues weigh what a curve that is drawn says, not what the reading takes them for. All
 // parts of a body share these, so that eight bodies are some 8 x 4 independent cases: three deviations of .95
 // are .12. A longer run: deviations_bench mr.
-TEST(Deviations, HoldWhatAnMrWeighs) {
+TEST(Deviations, CoverTheMassOfAnMr) {
   std::map<std::string, test::TrialCount> entries, parts;
   for (std::uint32_t trial = 0; trial < 8; ++trial) test::try_mr(4000 + trial, 5, 7, entries, parts);
   test::TrialCount all;
@@ -168,7 +168,7 @@ TEST(Deviations, HoldWhatAnMrWeighs) {
 }
 
 // What is thick and dark weighs as lung in the chest alone.
-TEST(Deviations, LimbsOfAnMrHoldNoLung) {
+TEST(Deviations, LimbsOfAnMrHaveNoLung) {
   LabelMap labels;
   labels.grid.size = {4, 1, 1};
   for (const Part& part : parts) labels.names.emplace_back(part.name);

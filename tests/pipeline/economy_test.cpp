@@ -67,7 +67,7 @@ std::vector<std::string> changes(const Economy& economy) {
   return out;
 }
 
-TEST(Economy, AStiffWristIsRigidAndARingThatNothingTurnsIsPartOfTheHand) {
+TEST(Economy, LocksAStiffWristAndAnUnmovedRing) {
   const Economy e = scene_economy(arm(2000), {.tolerance = 1e-3}).value();
   EXPECT_EQ(changes(e), (std::vector<std::string>{"", "coordinate 'turn'", "coordinate 'wrist'"}));
   EXPECT_EQ(e.models[0].coordinates, 3);
@@ -83,13 +83,13 @@ TEST(Economy, AStiffWristIsRigidAndARingThatNothingTurnsIsPartOfTheHand) {
   EXPECT_GT(e.refusals[0].error, 0.1);
 }
 
-TEST(Economy, AWeakWristStays) {
+TEST(Economy, KeepsAWeakWristFree) {
   const Economy e = scene_economy(arm(1), {.tolerance = 1e-3}).value();
   EXPECT_EQ(changes(e), (std::vector<std::string>{"", "coordinate 'turn'"}));
   EXPECT_EQ(e.smallest.efforts.size(), 1u);
 }
 
-TEST(Economy, WhatIsAskedForDecides) {
+TEST(Economy, RequestedQuantitiesDecide) {
   // the hand flaps, but it weighs little beside the arm, of which alone the motion is asked for
   EXPECT_EQ(scene_economy(arm(0, 1e-3), {.tolerance = 1e-2}).value().models.back().coordinates, 2);
   const auto of_arm = [](double hand_mass) {
@@ -105,7 +105,7 @@ TEST(Economy, WhatIsAskedForDecides) {
   EXPECT_NEAR(heavier.error / light.error, 10, 1);  // (and the next order by its square)
 }
 
-TEST(Economy, ErrorsAreThoseOfTheSceneThatItWrites) {
+TEST(Economy, ErrorsAreThoseOfTheWrittenScene) {
   const TestFolder folder;
   const std::string whole = folder.write("arm.toml", write_scene(arm(500)).value());
   const ProgramRun run =
@@ -135,7 +135,7 @@ TEST(Economy, ErrorsAreThoseOfTheSceneThatItWrites) {
   EXPECT_NEAR(answer["models"][2]["error"].get<double>(), error, 2 * answer["accuracy"].get<double>());
 }
 
-TEST(Economy, ALoopThatIsHeldAnywhereIsWholeOrNot) {
+TEST(Economy, LocksALoopCompletelyOrNotAtAll) {
   // of a four-bar every coordinate follows from any other: to lock one is to lock all
   const Scene scene = read_scene(test::source_folder() + "/samples/four_bar_2.toml").value();
   Scene shorter = scene;
@@ -170,7 +170,7 @@ double refused_error(const Economy& economy, const std::string& change) {
   return std::nan("");
 }
 
-TEST(Economy, TheCentreIsThatOfAllThatMovesInTheWholeModel) {
+TEST(Economy, CentreIsThatOfAllMovingSolidsOfTheWholeModel) {
   // two equal masses swing alike, as cos wt: with one held their centre is at (1 + cos wt) / 2
   const Scene twins = read_text("name = \"twins\"\ngravity = [0, 0, 0]\n[simulation]\nend_time = 2\n" +
                                 slider("left", 1, 10) + slider("right", 1, 10));
@@ -195,7 +195,7 @@ tensor = [1e-3, 1e-3, 1e-3]
               2 * of_spun.accuracy + 1e-4);
 }
 
-TEST(Economy, WhatSwingsInStepWithTheInstantsIsSeen) {
+TEST(Economy, SeesSwingsInStepWithTheOutputs) {
   // 100 Hz, looked at every 0.01 s: it always seems to stand where it began
   const Scene buzz = read_text("name = \"buzz\"\ngravity = [0, 0, 0]\n[simulation]\nend_time = 2\n" +
                                slider("buzzer", 0.3, std::pow(200 * M_PI, 2)));
@@ -206,7 +206,7 @@ TEST(Economy, WhatSwingsInStepWithTheInstantsIsSeen) {
   EXPECT_FALSE(e.sparse);
 }
 
-TEST(Economy, WhatIsDrivenByNextToNothingIsLocked) {
+TEST(Economy, LocksCoordinatesDrivenByAlmostNothing) {
   const auto driven = [](double amplitude) {
     return read_text(fmt::format(R"(name = "driven"
 [simulation]
@@ -237,7 +237,7 @@ tensor = [0.01, 0.01, 0.01]
   EXPECT_NEAR(refused_error(of_drive, "coordinate 'drive'"), 0.2, 1e-4);
 }
 
-TEST(Economy, TwoThatUndoEachOthersErrorAreLockedTogether) {
+TEST(Economy, LocksTwoCoordinatesWithOppositeErrorsTogether) {
   // a bar carries two wheels that spin up against each other: mirror images, so that it stays at rest; with
   // one of them held it turns
   std::string text = R"(name = "mirror"
@@ -276,7 +276,7 @@ stiffness = 0.5
   EXPECT_GT(refused_error(turning, "coordinate 'bar.turn'"), 0.05);
 }
 
-TEST(Economy, IsTheSameEachTimeButForTime) {
+TEST(Economy, IsReproducibleExceptForTimes) {
   const Economy a = scene_economy(arm(500), {}).value(), b = scene_economy(arm(500), {}).value();
   ASSERT_EQ(a.models.size(), b.models.size());
   for (std::size_t i = 0; i < a.models.size(); ++i) {
@@ -286,7 +286,7 @@ TEST(Economy, IsTheSameEachTimeButForTime) {
   }
 }
 
-TEST(Economy, RefusesWhatItCannotTell) {
+TEST(Economy, RefusesInvalidRequests) {
   EXPECT_NE(
       scene_economy(arm(1), {.quantities = {"solid:foot"}}).error().message().find("no solid of that name"),
       std::string::npos);

@@ -21,7 +21,7 @@ json answer(const std::string& scene, const std::string& state, const TestFolder
   return json::parse(run.out, nullptr, false);
 }
 
-TEST(Evaluate, PendulumByHand) {
+TEST(Evaluate, PendulumMatchesHandCalculation) {
   const TestFolder folder;
   // a point of 1 kg on 1 m: A = 1, no velocity terms, Q = -g sin(q), turned by the effort
   const json a =
@@ -35,7 +35,7 @@ TEST(Evaluate, PendulumByHand) {
   EXPECT_NEAR(a["potential_energy"], -9.81 * std::cos(0.3), 1e-14);  // weight, zero at the world's origin
 }
 
-TEST(Evaluate, TheEquationsAddUp) {
+TEST(Evaluate, AnswerSatisfiesTheEquationsOfMotion) {
   const TestFolder folder;
   const json a = answer(samples + "roundabout.toml",
                         R"({"q": [1, 0.4, -0.7], "v": [3, -2, 1], "efforts": [1, 2, 3]})", folder);
@@ -80,7 +80,7 @@ TEST(Evaluate, KeepsTheOrderOfTheFile) {
   }
 }
 
-TEST(Evaluate, TakesTheEndOfASimulationAsItIs) {
+TEST(Evaluate, AcceptsTheEndStateOfASimulation) {
   // a child before its parent, with a ball: what simulate answers is a state of the same energy here
   const TestFolder folder;
   const std::string scene = folder.write(
@@ -109,7 +109,7 @@ TEST(Evaluate, TakesTheEndOfASimulationAsItIs) {
   EXPECT_NEAR(at_end["potential_energy"], t.potential.back(), 1e-10);
 }
 
-TEST(Evaluate, TellsWhatDrivesExert) {
+TEST(Evaluate, ReportsTheEffortsOfDrives) {
   // a point of 2 kg, 1 m from a hinge about z that turns as t^2: 2 rad/s^2 take 2 * 1^2 * 2 = 4 N m
   const TestFolder folder;
   const std::string scene = folder.write(
@@ -124,7 +124,7 @@ TEST(Evaluate, TellsWhatDrivesExert) {
   EXPECT_NEAR(a["drive_efforts"][0], 4, 1e-14);
 }
 
-TEST(Evaluate, BallsTakeQuaternionsAndBodyRates) {
+TEST(Evaluate, BallsUseQuaternionsAndBodyRates) {
   const TestFolder folder;
   // Euler's equations: I w' = -w x I w for the free plate, I = diag(1, 2, 3), w = (1, 2, 3)
   const json a = answer(samples + "spinning_plate.toml",
@@ -134,7 +134,7 @@ TEST(Evaluate, BallsTakeQuaternionsAndBodyRates) {
   for (int i = 0; i < 3; ++i) EXPECT_NEAR(a["acceleration"][3 + i], expected[i], 1e-13);
 }
 
-TEST(Evaluate, ConstraintsCarryTheirRows) {
+TEST(Evaluate, ConstraintsGiveTheirRows) {
   const TestFolder folder;
   const ProgramRun run = run_program("evaluate " + samples + "shock.toml");
   ASSERT_EQ(run.code, 0) << run.err;
@@ -154,7 +154,7 @@ TEST(Evaluate, ConstraintsCarryTheirRows) {
   }
 }
 
-TEST(Evaluate, BothEquationsAnswerAlike) {
+TEST(Evaluate, BothEquationsAgree) {
   const TestFolder folder;
   const std::string state = folder.write("state.json", R"({"q": [1, 0.4, -0.7], "v": [3, -2, 1]})");
   const std::string verb = "evaluate " + samples + "roundabout.toml --state " + state + " --equations ";
@@ -166,7 +166,7 @@ TEST(Evaluate, BothEquationsAnswerAlike) {
   EXPECT_EQ(run_program(verb + "newton").code, 2);
 }
 
-TEST(Evaluate, DerivativesByHand) {
+TEST(Evaluate, DerivativesMatchHandCalculation) {
   // a point of m = 1 kg on l = 1 m: a = (tau - m g l sin q) / (m l^2)
   const TestFolder folder;
   const std::string state = folder.write("state.json", R"({"q": [0.3], "v": [2], "efforts": [0.5]})");
@@ -180,7 +180,7 @@ TEST(Evaluate, DerivativesByHand) {
   EXPECT_NEAR(d["acceleration_by_inertia"][0]["mass"][0], -0.5, 1e-14);  // -tau / (m l)^2
 }
 
-TEST(Evaluate, LoadsAlongTheAxesOfTheWorldOrOfTheParent) {
+TEST(Evaluate, ReactionsUseTheAxesOfWorldOrParent) {
   // a point of 1 kg, 1 m out on a table that has turned by a quarter and turns at 2 rad/s: it is held up by
   // its weight and pulled in by 4 N, along the table's x, which is the world's y
   const TestFolder folder;
@@ -214,7 +214,7 @@ tensor = [0, 0, 0]
   EXPECT_NE(refused.err.find("child"), std::string::npos) << refused.err;
 }
 
-TEST(Evaluate, LoadsAndMomentaByHand) {
+TEST(Evaluate, ReactionsAndMomentaMatchHandCalculation) {
   // the rod's pull is m (g cos q + l v^2), from the bob to the hinge at the origin
   const TestFolder folder;
   const std::string state = folder.write("state.json", R"({"q": [0.3], "v": [2]})");
@@ -249,7 +249,7 @@ TEST(Evaluate, LoadsAndMomentaByHand) {
   }
 }
 
-TEST(Evaluate, BadStatesEndInOneSentence) {
+TEST(Evaluate, BadStatesAreRefusedInOneSentence) {
   const TestFolder folder;
   const std::pair<const char*, const char*> bad[] = {
       {"{\"q\": [0, 0]}", "q is a list of 2, expected a list of 3 numbers"},
@@ -274,7 +274,7 @@ TEST(Evaluate, BadStatesEndInOneSentence) {
   EXPECT_EQ(run_program("evaluate " + samples + "roundabout.toml --state /no/state.json").code, 2);
 }
 
-TEST(Evaluate, NumbersThatOverflowAreNamed) {
+TEST(Evaluate, NamesNumbersThatOverflow) {
   const TestFolder folder;
   const std::string state = folder.write("s.json", R"({"q": [1], "v": [1e200]})");
   const ProgramRun run = run_program("evaluate " + samples + "pendulum.toml --state " + state);

@@ -51,7 +51,7 @@ TEST_F(Export, WritesAMeshPerPartInBothFormats) {
   EXPECT_EQ(said["files"].size(), 4u);
 }
 
-TEST_F(Export, WritesOnlyWhatIsNamed) {
+TEST_F(Export, WritesOnlyRequestedFormats) {
   const ProgramRun meshes = run("--stl");
   ASSERT_EQ(meshes.code, 0) << meshes.err;
   EXPECT_NE(meshes.out.find("upper_trunk"), std::string::npos);

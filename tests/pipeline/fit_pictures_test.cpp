@@ -82,7 +82,7 @@ TEST(FitPictures, BoneLiesWithinItsCircle) {
 
 // A centre that is off shows as far off in the picture, on the side where it is: to the patient's left on the
 // right, up above.
-TEST(FitPictures, AWrongCentreShows) {
+TEST(FitPictures, ShowAWrongCentre) {
   Landmarks marks;
   marks["hip_left"] = {ball + Vector3d(-5, 0, -4), 1.5, ball_radius, ""};
   const auto pictures = fit_pictures(scan(), marks);
@@ -92,7 +92,7 @@ TEST(FitPictures, AWrongCentreShows) {
   EXPECT_NEAR(off[1], -4, 0.5);
 }
 
-TEST(FitPictures, MrHasNone) {
+TEST(FitPictures, AreNotDrawnForMr) {
   Landmarks marks;
   marks["hip_left"] = {ball, 1.5, ball_radius, ""};
   GreyVolume volume = scan();

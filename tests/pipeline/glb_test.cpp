@@ -82,7 +82,7 @@ Eigen::Vector3d apply(const json& node, const Eigen::Vector3d& point) {
   return turn * point + shift;
 }
 
-TEST(Glb, OneNodePerPartUnderAWorldThatStandsUp) {
+TEST(Glb, HasOneNodePerPartUnderAnUprightWorld) {
   const Parsed file = parse(capsule_glb());
   const json& nodes = file.document["nodes"];
   ASSERT_EQ(nodes.size(), 17u);
@@ -98,7 +98,7 @@ TEST(Glb, OneNodePerPartUnderAWorldThatStandsUp) {
   }
 }
 
-TEST(Glb, PointsPlacedByTheirNodeLieWhereTheyWereScanned) {
+TEST(Glb, NodesPlacePointsWhereTheyWereScanned) {
   Trajectory none;
   const auto bytes = glb(capsule_meshes(), capsule_scan_poses(), none);
   ASSERT_TRUE(bytes);
@@ -145,7 +145,7 @@ TEST(Glb, NormalsPointOutwards) {
   }
 }
 
-TEST(Glb, AnimationIsTheTrajectory) {
+TEST(Glb, AnimationEqualsTheTrajectory) {
   const Trajectory motion = capsule_motion();
   const Parsed file = parse(capsule_glb(1000));  // denser than the trajectory: nothing is left out
   const json& animation = file.document["animations"][0];
@@ -198,7 +198,7 @@ TEST(Glb, ThinningKeepsEndsAndOrder) {
   EXPECT_TRUE(kept_samples({}, 60).empty());
 }
 
-TEST(Glb, RefusesMeshesThatAreNone) {
+TEST(Glb, RefusesInvalidMeshes) {
   const auto said = [](std::vector<Mesh> meshes) {
     const auto answer = glb(meshes, {}, {});
     return answer ? std::string("accepted") : answer.error().message();
@@ -212,7 +212,7 @@ TEST(Glb, RefusesMeshesThatAreNone) {
 }
 
 // Khronos' validator (npm, a development dependency of pipeline/report): no error, no warning, no hint.
-TEST(Glb, ValidatorFindsNothing) {
+TEST(Glb, PassesTheValidator) {
   const std::string modules = test::source_folder() + "/pipeline/report/node_modules/gltf-validator";
   if (!std::filesystem::exists(modules) || std::system("node --version > /dev/null 2>&1") != 0)
     GTEST_SKIP() << "needs node and gltf-validator: npm ci --prefix pipeline/report";

@@ -42,7 +42,7 @@ class Hdf5File : public ::testing::Test {
   fs::path folder_, path_;
 };
 
-TEST_F(Hdf5File, GivesBackWhatWasWritten) {
+TEST_F(Hdf5File, RoundTrips) {
   write_sample();
   const auto file = Hdf5Reader::open(path_);
   ASSERT_TRUE(file) << file.error().message();
@@ -59,7 +59,7 @@ TEST_F(Hdf5File, GivesBackWhatWasWritten) {
   EXPECT_FALSE(file->holds("/a/c/numbers"));
 }
 
-TEST_F(Hdf5File, TheSameContentIsTheSameBytesAtAnyTime) {
+TEST_F(Hdf5File, SameContentGivesTheSameBytes) {
   const auto bytes = [&] {
     write_sample();
     std::ifstream file(path_, std::ios::binary);
@@ -70,7 +70,7 @@ TEST_F(Hdf5File, TheSameContentIsTheSameBytesAtAnyTime) {
   EXPECT_EQ(bytes(), once);
 }
 
-TEST_F(Hdf5File, MissingAndUnlikeThingsAreNamed) {
+TEST_F(Hdf5File, NamesMissingAndMismatchedObjects) {
   write_sample();
   const auto file = Hdf5Reader::open(path_);
   ASSERT_TRUE(file);
@@ -83,7 +83,7 @@ TEST_F(Hdf5File, MissingAndUnlikeThingsAreNamed) {
   EXPECT_FALSE(file->number_attribute("/", "pi"));
 }
 
-TEST_F(Hdf5File, AnotherProgramReadsIt) {
+TEST_F(Hdf5File, IsReadByAnotherProgram) {
   if (std::system("/usr/bin/python3 -c 'import h5py' 2>/dev/null") != 0)
     GTEST_SKIP() << "needs python3 with h5py";
   write_sample();
@@ -118,7 +118,7 @@ TEST_F(Hdf5File, ReadsCompressedSinglesOfAnotherProgram) {
   EXPECT_EQ(file->numbers("/i")->values, (std::vector<double>{1, 2, 3}));
 }
 
-TEST_F(Hdf5File, EndsInItsDigestUntilAnotherProgramChangesIt) {
+TEST_F(Hdf5File, EndsWithADigestUntilAnotherProgramChangesIt) {
   write_sample();
   std::stringstream whole;
   whole << std::ifstream(path_, std::ios::binary).rdbuf();
@@ -153,7 +153,7 @@ TEST_F(Hdf5File, EndsInItsDigestUntilAnotherProgramChangesIt) {
   EXPECT_TRUE(reads());
 }
 
-TEST_F(Hdf5File, CutAndForeignFilesAreRefused) {
+TEST_F(Hdf5File, RefusesCutAndForeignFiles) {
   write_sample();
   std::stringstream whole;
   whole << std::ifstream(path_, std::ios::binary).rdbuf();
@@ -173,7 +173,7 @@ TEST_F(Hdf5File, CutAndForeignFilesAreRefused) {
   EXPECT_FALSE(Hdf5Reader::open(folder_));
 }
 
-TEST_F(Hdf5File, WritingWhereNothingCanBeWrittenIsAnError) {
+TEST_F(Hdf5File, ReportsUnwritablePaths) {
   Hdf5Writer file(folder_ / "missing" / "a.h5");
   file.numbers("/x", {1}, numbers_.data(), "m");
   const auto done = file.close();

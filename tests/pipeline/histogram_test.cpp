@@ -43,7 +43,7 @@ TEST(Histogram, EqualsAPlainCountOfEveryBin) {
   }
 }
 
-TEST(Histogram, StrayValuesLieOutsideItsBins) {
+TEST(Histogram, LeavesStrayValuesOutsideItsBins) {
   GreyVolume grey;
   grey.grid.size = {200, 100, 100};  // 2 million voxels: 20 at either end are stray
   grey.voxels.resize(grey.grid.count());
@@ -66,7 +66,7 @@ TEST(Histogram, StrayValuesLieOutsideItsBins) {
   EXPECT_LE(wide.all.size(), 320u);
 }
 
-TEST(Histogram, ConstantsAndLabelsOfAnotherGrid) {
+TEST(Histogram, HandlesConstantsAndLabelsOfAnotherGrid) {
   CapsuleScan scan = capsule_scan(capsule_grid(24));
   std::ranges::fill(scan.grey.voxels, std::int16_t{-1000});
   scan.labels.grid.origin[0] += 1;

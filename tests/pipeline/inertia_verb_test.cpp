@@ -47,7 +47,7 @@ class InertiaVerb : public testing::Test {
   double mass = 0;
 };
 
-TEST_F(InertiaVerb, WritesTheSameTableAsCsvJsonAndAnswer) {
+TEST_F(InertiaVerb, CsvJsonAndAnswerAgree) {
   const ProgramRun answer =
       run_program("inertia" + inputs() + " --landmarks " + file("landmarks.json") +
                   " --sex male --pose standing --json -o " + file("t.csv") + " -o " + file("t.json"));
@@ -70,7 +70,7 @@ TEST_F(InertiaVerb, WritesTheSameTableAsCsvJsonAndAnswer) {
   EXPECT_EQ(folder.count(), 6);  // and nothing half-written beside
 }
 
-TEST_F(InertiaVerb, TellsPeopleOfPartsAndPublishedValues) {
+TEST_F(InertiaVerb, PrintsPartsAndPublishedValues) {
   const ProgramRun answer =
       run_program("inertia" + inputs() + " --landmarks " + file("landmarks.json") + " --sex female");
   ASSERT_EQ(answer.code, 0);
@@ -108,7 +108,7 @@ TEST_F(InertiaVerb, ComparesTablesAndRefusesOtherConventions) {
   EXPECT_EQ(run_program("inertia").code, 2);
 }
 
-TEST_F(InertiaVerb, LabelsThatDoNotFitTheScanAreToldOf) {
+TEST_F(InertiaVerb, WarnsOfLabelsThatDoNotFitTheScan) {
   EXPECT_EQ(run_program("inertia" + inputs()).err.find("do not fit"), std::string::npos);
   const auto labels = read_labels(file("labels.nrrd"));
   ASSERT_TRUE(labels) << labels.error().message();
@@ -130,7 +130,7 @@ TEST_F(InertiaVerb, LabelsThatDoNotFitTheScanAreToldOf) {
   EXPECT_EQ(table->whole.completeness, Completeness::cut);
 }
 
-TEST_F(InertiaVerb, TakesTheCutsOfTheFindings) {
+TEST_F(InertiaVerb, UsesTheCutsOfTheFindings) {
   folder.write("segmentation.json", R"({"convention": "bone", "parts": {}})");
   const std::string found = "inertia" + inputs() + " --findings " + file("segmentation.json");
   const ProgramRun taken = run_program(found);
@@ -146,7 +146,7 @@ TEST_F(InertiaVerb, TakesTheCutsOfTheFindings) {
   EXPECT_EQ(run_program(found + " --convention dempster").code, 0);
 }
 
-TEST_F(InertiaVerb, FramesOfTheIsbAreThereOrNotCalledSo) {
+TEST_F(InertiaVerb, IsbFramesAreNamedOnlyIfPresent) {
   const std::string isb = "inertia" + inputs() + " --frames isb";
   const ProgramRun refused = run_program(isb);
   EXPECT_EQ(refused.code, 2);

@@ -14,7 +14,7 @@ namespace {
 using nlohmann::json;
 const std::string samples = test::source_folder() + "/samples/";
 
-TEST(Info, SaysWhatASceneHolds) {
+TEST(Info, DescribesAScene) {
   const ProgramRun run = run_program("info --json " + samples + "shock.toml");
   ASSERT_EQ(run.code, 0) << run.err;
   const json info = json::parse(run.out, nullptr, false);
@@ -31,7 +31,7 @@ TEST(Info, SaysWhatASceneHolds) {
       << said.out;
 }
 
-TEST(Info, SaysWhatATrajectoryHolds) {
+TEST(Info, DescribesATrajectory) {
   const TestFolder folder;
   const std::string file = (folder / "a.h5").string();
   ASSERT_EQ(run_program("simulate " + samples + "pendulum.toml --end 0.5 -o " + file).code, 0);
@@ -47,7 +47,7 @@ TEST(Info, SaysWhatATrajectoryHolds) {
   EXPECT_NE(said.out.find("\ntrusted\n"), std::string::npos) << said.out;
 }
 
-TEST(Info, BadScenesAndTrajectoriesEndInOneSentence) {
+TEST(Info, BadScenesAndTrajectoriesAreRefusedInOneSentence) {
   const TestFolder folder;
   ProgramRun run = run_program("info " + folder.write("a.toml", "solid = 3\n").string());
   EXPECT_EQ(run.code, 2);
@@ -64,7 +64,7 @@ TEST(Info, BadScenesAndTrajectoriesEndInOneSentence) {
   EXPECT_NE(run.err.find("is not a regular file"), std::string::npos) << run.err;
 }
 
-TEST(Info, DamagedAndOtherTrajectoriesAreNamedAsSuch) {
+TEST(Info, NamesDamagedAndForeignTrajectories) {
   const TestFolder folder;
   const std::string command = "simulate " + samples + "pendulum.toml --end 1 -o ";
   ASSERT_EQ(run_program(command + (folder / "a.h5").string()).code, 0);

@@ -39,7 +39,7 @@ void expect_frame(const SegmentFrame& frame, const Vector3d& from) {
   EXPECT_NE(frame.axes.find("ISB"), std::string::npos);
 }
 
-TEST(IsbFrames, TrunkAndPelvis) {
+TEST(IsbFrames, AreExactForTrunkAndPelvis) {
   // ASIS and PSIS in one plane with the hips' line: level, front to back
   expect_frame(laid("lower_trunk", "lower_trunk",
                     {{"asis_left", at(0, 0, -120)},
@@ -56,7 +56,7 @@ TEST(IsbFrames, TrunkAndPelvis) {
                {60, -20, 0});
 }
 
-TEST(IsbFrames, LimbsOnBothSides) {
+TEST(IsbFrames, AreExactForLimbsOnBothSides) {
   for (const std::string side : {"_left", "_right"}) {
     const double out = side == "_left" ? -1 : 1;  // lateral, along Z
     Landmarks marks{
@@ -81,7 +81,7 @@ TEST(IsbFrames, LimbsOnBothSides) {
   }
 }
 
-TEST(IsbFrames, SayForWantOfWhatTheyAreNotThere) {
+TEST(IsbFrames, NameTheirMissingLandmarks) {
   const Phantom body = build_phantom({}).value();
   Landmarks marks = body.landmarks;
   marks.erase("psis_left");
@@ -99,7 +99,7 @@ TEST(IsbFrames, SayForWantOfWhatTheyAreNotThere) {
 // What segmentation finds in a scan is enough for every frame, and turns none by more than landmarks that are
 // some 5 mm off do over the lengths that they span: 4 degrees for long bones' own axes and the trunk's, 8
 // about a forearm or a foot, whose lines across are 40 to 90 mm.
-TEST(IsbFrames, FromAScanAreThoseOfTheExactLandmarks) {
+TEST(IsbFrames, FromAScanMatchTheExactLandmarks) {
   const Phantom body = build_phantom({}).value();
   GridOptions grid;
   grid.spacing.setConstant(2.5);

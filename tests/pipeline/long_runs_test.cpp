@@ -30,7 +30,7 @@ Scene oscillator() {
   return scene;
 }
 
-TEST(LongRuns, EnergyDriftsOrSwingsAsTheoryHasIt) {
+TEST(LongRuns, EnergyDriftsOrStaysBoundedAsInTheory) {
   const double h = 0.05;
   const LongRuns runs =
       long_runs(oscillator(),
@@ -60,7 +60,7 @@ TEST(LongRuns, EnergyDriftsOrSwingsAsTheoryHasIt) {
   for (const LongRun& run : runs.runs) EXPECT_TRUE(run.momentum.empty());  // the world holds the spring
 }
 
-TEST(LongRuns, ADriftBelowTheSwingIsSeenAndALargeErrorIsNoMerit) {
+TEST(LongRuns, FindsDriftBelowTheSwingAndLargeErrors) {
   // generalized_alpha takes energy from every swing: 2.7e-7 of it over 200 s, where it swings by more
   const LongRun alpha =
       long_runs(oscillator(), {.methods = {"generalized_alpha"}, .steps = 20000, .step = 0.01})
@@ -79,7 +79,7 @@ TEST(LongRuns, ADriftBelowTheSwingIsSeenAndALargeErrorIsNoMerit) {
   EXPECT_TRUE(coarse.large());
 }
 
-TEST(LongRuns, MomentaOfAFreeSolidAreFollowed) {
+TEST(LongRuns, FollowMomentaOfAFreeSolid) {
   const Scene plate = read_scene(test::source_folder() + "/samples/spinning_plate.toml").value();
   const LongRuns runs =
       long_runs(plate, {.methods = {"rk4", "implicit_midpoint"}, .steps = 2000, .step = 0.01}).value();
@@ -93,7 +93,7 @@ TEST(LongRuns, MomentaOfAFreeSolidAreFollowed) {
   EXPECT_EQ(plots.back().second.curves.size(), 2u);
 }
 
-TEST(LongRuns, AMethodThatFailsSaysSoAndTheOthersRun) {
+TEST(LongRuns, FailingMethodIsNamedAndTheOthersRun) {
   const LongRuns runs =
       long_runs(oscillator(), {.methods = {"rk4", "dop853"}, .steps = 1000, .step = 3.5}).value();
   EXPECT_NE(runs.runs[0].reason.find("has grown"), std::string::npos) << runs.runs[0].reason;

@@ -41,7 +41,7 @@ Errors errors_of(const InertiaRow& row) {
 
 bool small(const std::string& part) { return part.starts_with("hand") || part.starts_with("foot"); }
 
-TEST(Measure, DrawnPhantomAsItsExactTable) {
+TEST(Measure, DrawnPhantomMatchesItsExactTable) {
   const Scan scan = scan_of(4);
   const auto table = measure(scan.grey, scan.labels, standing().landmarks);
   ASSERT_TRUE(table) << table.error().message();
@@ -63,7 +63,7 @@ TEST(Measure, DrawnPhantomAsItsExactTable) {
             1e-3 * standing().whole.tensor.maxCoeff());
 }
 
-TEST(Measure, ScannedPhantomWithTheSkinsMixedVoxels) {
+TEST(Measure, ScannedPhantomIncludesTheSkinsMixedVoxels) {
   ScanOptions options;
   options.partial_volume = true;
   options.blur_mm = 1;
@@ -88,7 +88,7 @@ TEST(Measure, ScannedPhantomWithTheSkinsMixedVoxels) {
 }
 
 // A hand that the scan's side just touches is whole, one that it cuts is cut; so where padding ends the view.
-TEST(Measure, WhatTouchesTheScansSideIsWhole) {
+TEST(Measure, PartsThatTouchTheScansSideAreWhole) {
   GridOptions options;
   options.spacing.setConstant(3);
   Scan whole = voxelise(standing(), phantom_grid(standing(), options));
@@ -121,7 +121,7 @@ TEST(Measure, WhatTouchesTheScansSideIsWhole) {
   }
 }
 
-TEST(Measure, ScanCutAcrossTheThighs) {
+TEST(Measure, ScanCutAcrossTheThighsHasCutParts) {
   Scan scan = scan_of(6);
   // keep the slices above 0.65 m of the middle of the body
   Grid& grid = scan.labels.grid;
@@ -162,7 +162,7 @@ TEST(Measure, ScanCutAcrossTheThighs) {
   EXPECT_EQ(trunk->notes, std::vector<std::string>{"omphalion placed by proportion"});
 }
 
-TEST(Measure, RefusesWhatDoesNotBelongTogether) {
+TEST(Measure, RefusesInputsOfDifferentScans) {
   const Scan scan = scan_of(8);
   Scan other = scan;
   other.labels.grid.origin[0] += 1;

@@ -27,7 +27,7 @@ GreyVolume finer(const GreyVolume& coarse, std::int64_t times) {
 }
 
 // As many voxels as 512 x 512 x 1000: within 2 GB from the file to the table.
-TEST(Memory, OfALargeScanStaysBelowTwoGigabytes) {
+TEST(Memory, ForALargeScanStaysBelowTwoGigabytes) {
   const TestFolder folder;
   const std::string at = folder.path().string();
   ASSERT_EQ(run_program("phantom --spacing 2.5 -o " + at + "/body.nii.gz").code, 0);

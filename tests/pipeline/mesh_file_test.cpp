@@ -32,7 +32,7 @@ class MeshFile : public ::testing::Test {
   std::filesystem::path folder_;
 };
 
-TEST_F(MeshFile, StlHoldsItsTriangles) {
+TEST_F(MeshFile, StlContainsItsTriangles) {
   ASSERT_TRUE(write_stl(file("a.stl"), tetrahedron));
   std::ifstream in(file("a.stl"), std::ios::binary);
   const std::vector<char> bytes{std::istreambuf_iterator<char>(in), {}};
@@ -71,7 +71,7 @@ TEST_F(MeshFile, VtpIsReadBack) {
   EXPECT_FALSE(read_vtp(file("none.vtp")));
 }
 
-TEST_F(MeshFile, OneFilePerPartAndFormat) {
+TEST_F(MeshFile, WritesOneFilePerPartAndFormat) {
   Mesh other = tetrahedron;
   other.name = "lung/left";
   const auto files = write_meshes(folder_ / "mesh", {tetrahedron, other}, {.stl = true, .vtp = false});
@@ -85,7 +85,7 @@ TEST_F(MeshFile, OneFilePerPartAndFormat) {
   EXPECT_FALSE(write_meshes(folder_ / "mesh", {tetrahedron, other}));
 }
 
-TEST_F(MeshFile, NamesWhatIsInTheWay) {
+TEST_F(MeshFile, NamesAnObstacle) {
   EXPECT_NE(write_stl(file("no/a.stl"), tetrahedron).error().message().find("No such file"),
             std::string::npos);
   EXPECT_NE(write_vtp(file("no/a.vtp"), tetrahedron).error().message().find("cannot be written"),

@@ -184,7 +184,7 @@ TEST(Mesh, DecimationKeepsToItsTolerance) {
 
 // Voxels finer than the tolerance are taken in blocks: the surface still lies within the tolerance of the
 // body's.
-TEST(Mesh, TheyAreNotMadeOnceProgressSaysNo) {
+TEST(Mesh, ProgressCallbackCanStopMeshing) {
   const double radius = 10;
   const Grid grid = around(Vector3d(2, 2, 2).asDiagonal(), radius);
   LabelMap map = voxelised(grid, [&](const Vector3d& p) { return (p - middle).norm() < radius; });
@@ -198,7 +198,7 @@ TEST(Mesh, TheyAreNotMadeOnceProgressSaysNo) {
   EXPECT_EQ(asked, 2);
 }
 
-TEST(Mesh, FineVoxelsAreTakenInBlocks) {
+TEST(Mesh, CombinesFineVoxelsInBlocks) {
   const double radius = 40;
   const auto exact = [&](const Vector3d& p) { return (p - middle).norm() - radius; };
   // uneven blocks (of 2 x 4 x 1) in a box that they do not fill, on turned axes that are not square to each
@@ -216,7 +216,7 @@ TEST(Mesh, FineVoxelsAreTakenInBlocks) {
 
 // A finger of four voxels' radius is what smoothing eats first. Rms measured 0.1 voxel, most of it at the
 // round ends.
-TEST(Mesh, AFingerKeepsItsThickness) {
+TEST(Mesh, FingerKeepsItsThickness) {
   const double radius = 8, half = 30;
   const auto exact = [&](const Vector3d& p) {
     Vector3d q = p - middle;
@@ -255,7 +255,7 @@ TEST(Mesh, ClosesAtTheBorderOfTheGrid) {
 }
 
 // Noise holds every way in which eight voxels can meet: closed all the same, and facing outwards
-TEST(Mesh, NoiseIsClosed) {
+TEST(Mesh, NoiseGivesAClosedMesh) {
   std::mt19937 random(3);
   Grid grid;
   grid.size = {14, 15, 16};
@@ -273,7 +273,7 @@ TEST(Mesh, NoiseIsClosed) {
   }
 }
 
-TEST(Mesh, SingleVoxelsAndGapsInTheLabels) {
+TEST(Mesh, HandlesSingleVoxelsAndGapsInTheLabels) {
   Grid grid;
   grid.size = {5, 5, 5};
   grid.axes = Vector3d(2, 2, 2).asDiagonal();
@@ -297,7 +297,7 @@ TEST(Mesh, SingleVoxelsAndGapsInTheLabels) {
   EXPECT_NE(nameless.error().message().find("label 7 has voxels but no name"), std::string::npos);
 }
 
-TEST(Mesh, ClosednessSeesHolesAndTurnedTriangles) {
+TEST(Mesh, ClosednessTestFindsHolesAndFlippedTriangles) {
   Mesh tetrahedron{
       "t", {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
   EXPECT_TRUE(is_closed(tetrahedron));

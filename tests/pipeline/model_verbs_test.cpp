@@ -56,7 +56,7 @@ TEST(ModelVerbs, EvaluateKeepsUrdfsOrderOfJoints) {
   EXPECT_NE(a["not_modelled"]["other"][0].get<std::string>().find("(effort, velocity)"), std::string::npos);
 }
 
-TEST(ModelVerbs, EvaluateTakesMjcfsFreeJoint) {
+TEST(ModelVerbs, EvaluateAcceptsMjcfsFreeJoint) {
   const TestFolder folder;
   const std::string file = folder.write("plate.xml", spinner_mjcf);
   const std::string state = folder.write(
@@ -69,7 +69,7 @@ TEST(ModelVerbs, EvaluateTakesMjcfsFreeJoint) {
   EXPECT_NEAR(a["kinetic_energy"], (16 + 25 + 36) + 0.5 * (1 + 8 + 27), 1e-12);
 }
 
-TEST(ModelVerbs, WhatIsNoSceneIsRefusedInOneSentence) {
+TEST(ModelVerbs, FilesThatAreNoScenesAreRefusedInOneSentence) {
   const TestFolder folder;
   using namespace std::string_literals;
   for (const auto& [name, bytes, said] : {
@@ -103,7 +103,7 @@ TEST(ModelVerbs, SimulateAndInfoSayWhatIsNotModelled) {
   EXPECT_EQ(said(run_program("info --json " + output))["solids"], json({"plate"}));
 }
 
-TEST(ModelVerbs, WhatFallsInMjcfLandsOnItsPlaneOrIsNotTrusted) {
+TEST(ModelVerbs, FallingMjcfBodyLandsOrIsDistrusted) {
   const TestFolder folder;
   const auto model = [&](const std::string& geom) {
     return folder.write("m.xml",
@@ -135,7 +135,7 @@ TEST(ModelVerbs, WhatFallsInMjcfLandsOnItsPlaneOrIsNotTrusted) {
   EXPECT_FALSE(said(run_program("simulate --json --allow-untrusted " + tin))["certificate"]["trusted"]);
 }
 
-TEST(ModelVerbs, ARootFloatsIfAsked) {
+TEST(ModelVerbs, FloatingFlagFreesTheRoot) {
   const TestFolder folder;
   const std::string file = folder.write("arm.urdf", arm_urdf);
   EXPECT_EQ(said(run_program("info --json " + file))["degrees_of_freedom"], 2);
@@ -143,7 +143,7 @@ TEST(ModelVerbs, ARootFloatsIfAsked) {
   EXPECT_EQ(run_program("info --floating " + test::source_folder() + "/samples/pendulum.toml").code, 2);
 }
 
-TEST(ModelVerbs, BadModelsEndInASentenceAndCodeTwo) {
+TEST(ModelVerbs, BadModelsGiveOneSentenceAndCodeTwo) {
   const TestFolder folder;
   for (const char* verb : {"info ", "evaluate ", "simulate "})
     for (const char* text :

@@ -46,7 +46,7 @@ void expect_refused(const std::string& arguments, const std::string& said, const
   EXPECT_EQ(folder.count(), files) << arguments;
 }
 
-TEST(Outputs, AFileInTheWayIsToldBeforeTheWork) {
+TEST(Outputs, FileInTheWayIsReportedBeforeTheWork) {
   for (const Writer& writer : writers) {
     const TestFolder folder;
     folder.write("file", "");
@@ -60,7 +60,7 @@ TEST(Outputs, AFileInTheWayIsToldBeforeTheWork) {
 }
 
 // Of verbs that write many files: each that a run leaves, in turn, is a folder before the next.
-TEST(Outputs, AFolderInPlaceOfAnyFileIsToldBeforeTheWork) {
+TEST(Outputs, FolderInPlaceOfAFileIsReportedBeforeTheWork) {
   const std::string samples = test::source_folder() + "/samples/";
   const std::string quick = " --methods rk4,euler";
   for (const std::string& of :
@@ -83,7 +83,7 @@ TEST(Outputs, AFolderInPlaceOfAnyFileIsToldBeforeTheWork) {
 }
 
 // /proc makes no folder for anybody, root included
-TEST(Outputs, AFolderThatCannotBeMadeIsToldBeforeTheWork) {
+TEST(Outputs, FolderThatCannotBeCreatedIsReportedBeforeTheWork) {
   if (!fs::exists("/proc/self")) GTEST_SKIP() << "no /proc here";
   const TestFolder folder;
   for (const Writer& writer : writers)
@@ -91,7 +91,7 @@ TEST(Outputs, AFolderThatCannotBeMadeIsToldBeforeTheWork) {
                    folder);
 }
 
-TEST(Outputs, AFolderOfSomebodyElseIsToldBeforeTheWork) {
+TEST(Outputs, ForeignFolderIsReportedBeforeTheWork) {
   const TestFolder folder;
   std::string before;
   if (geteuid() == 0) {  // whom permissions do not stop; so the program runs as nobody
@@ -114,7 +114,7 @@ TEST(Outputs, AFolderOfSomebodyElseIsToldBeforeTheWork) {
   fs::permissions(folder / "theirs", fs::perms::owner_all);
 }
 
-TEST(Outputs, AskingLeavesNothing) {
+TEST(Outputs, CheckLeavesNothingBehind) {
   const TestFolder folder;
   for (const Writer& writer : writers) {
     if (std::string(writer.verb) == "figures" || std::string(writer.verb) == "phantom")

@@ -84,7 +84,7 @@ double distance(std::string_view one, std::string_view other) {
 }
 
 // Sharma, Wu & Dalal (2005), table 1, pairs 1, 9, 17 and 25; printed to four digits.
-TEST(Palette, DistanceFormulaGivesThePublishedPairs) {
+TEST(Palette, ColourDistanceMatchesThePublishedPairs) {
   EXPECT_NEAR(ciede2000({50, 2.6772, -79.7751}, {50, 0, -82.7485}), 2.0425, 1e-4);
   EXPECT_NEAR(ciede2000({50, 2.4900, -0.0010}, {50, -2.4900, 0.0009}), 7.1792, 1e-4);
   EXPECT_NEAR(ciede2000({50, 2.5, 0}, {73, 25, -18}), 27.1492, 1e-4);
@@ -93,7 +93,7 @@ TEST(Palette, DistanceFormulaGivesThePublishedPairs) {
 
 // The limits are those that the palette's head states. A distance of about 2.3 is just noticeable side by
 // side (Mahy, Van Eycken & Oosterlinck (1994) Color Res. Appl. 19:105), so 15 is plain at a glance.
-TEST(Palette, PartsThatTouchDifferForEveryVision) {
+TEST(Palette, TouchingPartsDifferForEveryColourVision) {
   for (const Part& part : parts)
     if (!part.parent.empty()) {
       EXPECT_GE(distance(part.name, part.parent), 15) << part.name;
@@ -107,7 +107,7 @@ TEST(Palette, PartsThatTouchDifferForEveryVision) {
   }
 }
 
-TEST(Palette, LeftIsTheLighterTwinAndNoTwoPartsLookAlike) {
+TEST(Palette, LeftPartsAreLighterAndAllPartsDiffer) {
   for (const std::string limb : {"upper_arm", "forearm", "hand", "thigh", "shank", "foot"}) {
     EXPECT_GE(distance(limb + "_left", limb + "_right"), 13) << limb;
     EXPECT_GT(lab(linear(part_colour(limb + "_left")))[0], lab(linear(part_colour(limb + "_right")))[0])

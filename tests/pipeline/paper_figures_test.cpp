@@ -43,7 +43,7 @@ double strays(const std::string& name) {
   return most;
 }
 
-TEST(PaperFigures, AreAllThere) {
+TEST(PaperFigures, AreComplete) {
   for (const char* name : {"figure_2", "figure_3", "figure_4", "figure_6", "figure_7", "figure_8",
                            "figures_6_7_8_cost", "figure_10"}) {
     const Plot& plot = figure(name);
@@ -56,7 +56,7 @@ TEST(PaperFigures, AreAllThere) {
   }
 }
 
-TEST(PaperFigures, EulerGainsAndIsMarkedUntrusted) {
+TEST(PaperFigures, EulerGainsEnergyAndIsMarkedUntrusted) {
   const std::vector<double>& total = figure("figure_2").curves.at(1).y;
   // mean of the last second over mean of the first, in J of about 89
   const std::size_t second = total.size() / 5;
@@ -69,21 +69,21 @@ TEST(PaperFigures, EulerGainsAndIsMarkedUntrusted) {
   EXPECT_EQ(figure("figure_4").notes.at(0).find("UNTRUSTED"), std::string::npos);
 }
 
-TEST(PaperFigures, HigherOrderStraysLess) {
+TEST(PaperFigures, HigherOrderDriftsLess) {
   // found: Euler 8.9, RK2 0.12, RK4 1.2e-4 J; each step up in order buys well over a factor of ten at this
   // step
   EXPECT_GT(strays("figure_2"), 10 * strays("figure_3"));
   EXPECT_GT(strays("figure_3"), 100 * strays("figure_4"));
 }
 
-TEST(PaperFigures, KineticAndPotentialMakeUpTheTotal) {
+TEST(PaperFigures, KineticAndPotentialAddUpToTheTotal) {
   for (const char* name : {"figure_2", "figure_3", "figure_4", "figure_6", "figure_7"}) {
     const auto& c = figure(name).curves;
     for (std::size_t i = 0; i < c[0].y.size(); i += 10) EXPECT_DOUBLE_EQ(c[0].y[i] + c[2].y[i], c[1].y[i]);
   }
 }
 
-TEST(PaperFigures, AdaptiveStepsAreShortAtTheShockOnly) {
+TEST(PaperFigures, AdaptiveStepsAreShortOnlyAtTheShock) {
   const Curve& steps = figure("figure_8").curves.at(0);
   const auto smallest = std::min_element(steps.y.begin() + 5, steps.y.end()) - steps.y.begin();
   // the cube falls 1 m almost freely: sqrt(2 / g), the bar's share of the inertia below 1 %
@@ -94,7 +94,7 @@ TEST(PaperFigures, AdaptiveStepsAreShortAtTheShockOnly) {
             0.1 * strays("figure_6"));  // and yet it keeps the energy better than the fixed step
 }
 
-TEST(PaperFigures, StepsOfOneLengthCostMoreTheHeavierTheCube) {
+TEST(PaperFigures, FixedStepsCostMoreForHeavierCubes) {
   const auto& curves = figure("figures_6_7_8_cost").curves;
   ASSERT_EQ(curves.size(), 5u);
   std::vector<double> ratio;

@@ -18,7 +18,7 @@ void expect_same(Scene scene, const std::string& file) {
   EXPECT_EQ(*write_scene(scene), *write_scene(*sample)) << file;
 }
 
-TEST(PaperScenes, AreTheSamples) {
+TEST(PaperScenes, EqualTheSampleFiles) {
   expect_same(roundabout(), "roundabout.toml");
   expect_same(shock(), "shock.toml");
   for (int n = 3; n <= 7; ++n) {
@@ -27,7 +27,7 @@ TEST(PaperScenes, AreTheSamples) {
   }
 }
 
-TEST(PaperScenes, BarsDoNotFeelEachOtherAndPendulumsDo) {
+TEST(PaperScenes, BarsAreIndependentAndPendulumsCoupled) {
   const auto independent = compile(bars(4)), chain = compile(pendulum(4));
   ASSERT_TRUE(independent && chain);
   const auto a = evaluate(*independent, independent->initial), b = evaluate(*chain, chain->initial);

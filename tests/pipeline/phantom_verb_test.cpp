@@ -31,7 +31,7 @@ class PhantomVerb : public testing::Test {
   const TestFolder folder;
 };
 
-TEST_F(PhantomVerb, LeavesTheScanItsLabelsTheExactTableAndTheLandmarks) {
+TEST_F(PhantomVerb, WritesScanLabelsTableAndLandmarks) {
   const ProgramRun answer =
       run("--spacing 6 7 8 --rotation-deg 3 4 5 --sex female --mass 60 --pose knee_left_flexion=20 "
           "--json -o " +
@@ -80,7 +80,7 @@ TEST_F(PhantomVerb, LeavesTheScanItsLabelsTheExactTableAndTheLandmarks) {
   EXPECT_EQ(files, 7u);  // with the labels' names and colours
 }
 
-TEST_F(PhantomVerb, SameSeedSameFiles) {
+TEST_F(PhantomVerb, SameSeedGivesTheSameFiles) {
   const auto made = [&](const std::string& words) {
     EXPECT_EQ(run("--spacing 10 --noise 30 --table " + words + " -o " + file("body.nii.gz")).code, 0);
     return bytes_of(file("body.nii.gz")) + bytes_of(file("body_labels.nii.gz"));
@@ -91,7 +91,7 @@ TEST_F(PhantomVerb, SameSeedSameFiles) {
   EXPECT_NE(one, made("--seed 5"));
 }
 
-TEST_F(PhantomVerb, RefusesWhatItCannotMakeAndLeavesNothing) {
+TEST_F(PhantomVerb, RefusesInvalidRequestsAndLeavesNothing) {
   const std::vector<std::array<std::string, 2>> asked{
       {{"--mass 200 -o body.nii.gz", "can weigh"},
        {"--pose knee=3 -o body.nii.gz", "knee_left_flexion"},

@@ -53,7 +53,7 @@ Drawn drawn(const Plot& plot) {
 // pixels are written with two decimals
 constexpr double pixel = 0.011;
 
-TEST(Plot, CurvesMeetTheTicksOfTheirValues) {
+TEST(Plot, CurvesMatchTheTicks) {
   Plot plot{"t", {"time (s)"}, {"energy (J)"}, {{"a", {0, 1, 2, 4}, {-20, 0, 40, 60}}}, {}};
   const Drawn d = drawn(plot);
   ASSERT_EQ(d.lines.size(), 1u);
@@ -79,7 +79,7 @@ TEST(Plot, LogarithmicAxisHasEvenDecades) {
               2 * pixel);
 }
 
-TEST(Plot, ThinningKeepsASpikeAndBreaksStayBroken) {
+TEST(Plot, ThinningKeepsSpikesAndGaps) {
   Curve curve{"a"};
   for (int i = 0; i < 100000; ++i) {
     curve.x.push_back(i);
@@ -94,7 +94,7 @@ TEST(Plot, ThinningKeepsASpikeAndBreaksStayBroken) {
   EXPECT_NEAR(highest, d.y_ticks.at("5"), pixel);
 }
 
-TEST(Plot, DivergedValuesAndMarkupInNamesStayReadable) {
+TEST(Plot, HandlesDivergedValuesAndMarkupInNames) {
   const double inf = std::numeric_limits<double>::infinity();
   const Drawn d =
       drawn({"a < b & c > d", {"x"}, {"y", false, 0, 1}, {{"k<1>", {0, 1, 2}, {0, 1e300, inf}}}, {"n & m"}});
@@ -105,7 +105,7 @@ TEST(Plot, DivergedValuesAndMarkupInNamesStayReadable) {
   EXPECT_TRUE(drawn({"empty", {"x"}, {"y"}, {}, {}}).lines.empty());
 }
 
-TEST(Plot, CsvGivesBackEveryDigit) {
+TEST(Plot, CsvKeepsEveryDigit) {
   const Plot plot{
       "t", {"x"}, {"y"}, {{"a", {0.1, 1. / 3}, {1e-300, M_PI}}, {"b, c", {0.1, 1. / 3}, {2, -3}}}, {"note"}};
   std::istringstream lines(csv(plot));
@@ -126,7 +126,7 @@ TEST(Plot, CsvGivesBackEveryDigit) {
   }
 }
 
-TEST(Plot, CsvHoldsNoFormula) {
+TEST(Plot, CsvContainsNoFormula) {
   Plot plot;
   plot.title = "a, \"=1+1\",=2";
   plot.x.label = "t";
@@ -136,7 +136,7 @@ TEST(Plot, CsvHoldsNoFormula) {
   EXPECT_EQ(text, "# a, \"=1+1\",'=2\nt,'=cmd\n0,-1\n1,2\n");
 }
 
-TEST(Plot, CsvOfCurvesWithUnlikeTimesIsLong) {
+TEST(Plot, CsvOfCurvesWithDifferentTimesIsLong) {
   const Plot plot{"t", {"x"}, {"y"}, {{"a", {0, 1}, {2, 3}}, {"b", {0}, {4}}}, {}};
   EXPECT_EQ(csv(plot), "# t\ncurve,x,y\na,0,2\na,1,3\nb,0,4\n");
 }
@@ -154,7 +154,7 @@ void gather_marks(const tinyxml2::XMLElement* element,
   }
 }
 
-TEST(Plot, NumbersOfGreyCurvesStandClearOfDotsAndOfEachOther) {
+TEST(Plot, NumbersOfGreyCurvesDoNotOverlap) {
   // curves that all end near the right edge, close to each other and to a named one
   Plot plot{"t", {.label = "x"}, {.label = "y"}, {}};
   const auto add = [&](std::size_t number, double shift) {
@@ -183,7 +183,7 @@ TEST(Plot, NumbersOfGreyCurvesStandClearOfDotsAndOfEachOther) {
   }
 }
 
-TEST(Plot, TilesFillTheirRangeInTheColourOfTheirKind) {
+TEST(Plot, TilesFillTheirRangeInTheirColour) {
   Plot plot{.title = "map",
             .x = {.label = "k", .logarithmic = true, .low = 1, .high = 100},
             .y = {.label = "step (s)", .logarithmic = true, .low = 0.01, .high = 1},

@@ -10,7 +10,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-TEST(Progress, WithoutATerminalALineIsSaidNowAndThen) {
+TEST(Progress, PrintsLinesAtIntervalsWithoutATerminal) {
   testing::internal::CaptureStderr();
   {
     ProgressBar bar(false, milliseconds(20));
@@ -27,7 +27,7 @@ TEST(Progress, WithoutATerminalALineIsSaidNowAndThen) {
             "economy ...\neconomy ... 25 %\neconomy        3 models\n");
 }
 
-TEST(Progress, LongWorkSaysHowLongItWillTake) {
+TEST(Progress, LongWorkShowsTheTimeLeft) {
   EXPECT_EQ(progress_words(0.1, 1e-9), "0 %");  // nobody can tell yet
   EXPECT_EQ(progress_words(10, 0.25), "25 %");  // half a minute
   EXPECT_EQ(progress_words(60, 0), "0 %");
@@ -36,7 +36,7 @@ TEST(Progress, LongWorkSaysHowLongItWillTake) {
   EXPECT_EQ(progress_words(30, 1e-9), "1e-07 %, about 951 years left");
 }
 
-TEST(Progress, QuickWorkSaysThatItBeginsAndEnds) {
+TEST(Progress, QuickWorkShowsStartAndEnd) {
   testing::internal::CaptureStderr();
   {
     ProgressBar bar(false);
@@ -51,7 +51,7 @@ TEST(Progress, QuickWorkSaysThatItBeginsAndEnds) {
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "chart ...\nchart          7 runs\n");
 }
 
-TEST(Progress, WorksThatOverlapAreToldByTheirNames) {
+TEST(Progress, OverlappingWorkIsShownByName) {
   testing::internal::CaptureStderr();
   {
     ProgressBar bar(false, milliseconds(0));

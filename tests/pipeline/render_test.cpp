@@ -59,7 +59,7 @@ std::string part_at(vtkImageData& image, double across, double up) {
   return best;
 }
 
-TEST_F(Picture, ShowsPartsWhereTheyAre) {
+TEST_F(Picture, ShowsPartsAtTheirPlaces) {
   if (!display_answers()) GTEST_SKIP() << "no X display answers; run the tests under xvfb-run -a";
   // a head above, the left thigh on the patient's left (x > 0), the right one on the right; the left one
   // further back
@@ -94,7 +94,7 @@ TEST_F(Picture, ShowsPartsWhereTheyAre) {
   EXPECT_LT(pixel[1], 90);
 }
 
-TEST_F(Picture, WithoutADisplayItSaysSo) {
+TEST_F(Picture, NeedsADisplayAndSaysSo) {
   const char* const display = std::getenv("DISPLAY");
   const std::string before = display ? display : "";
   for (const char* none : {"", ":4711"}) {
@@ -106,7 +106,7 @@ TEST_F(Picture, WithoutADisplayItSaysSo) {
   before.empty() ? unsetenv("DISPLAY") : setenv("DISPLAY", before.c_str(), 1);
 }
 
-TEST_F(Picture, NothingToShowAndNowhereToWrite) {
+TEST_F(Picture, RefusesEmptyMeshesAndUnwritablePaths) {
   EXPECT_FALSE(draw_body(file("a.png"), {}));
   if (!display_answers()) GTEST_SKIP() << "no X display answers; run the tests under xvfb-run -a";
   EXPECT_FALSE(draw_body(file("no/folder/a.png"), {box("head", {0, 0, 0}, {1, 1, 1})}));

@@ -90,7 +90,7 @@ struct Report : testing::Test {
   }
 };
 
-TEST_F(Report, LoadsNothingFromAnywhere) {
+TEST_F(Report, LoadsNothingFromOutside) {
   const std::string text = page(inputs());
   EXPECT_NE(text.find("default-src 'none'"), std::string::npos);
   // outside scripts and styles no address but the empty icon's; no script with a source
@@ -110,7 +110,7 @@ TEST_F(Report, LoadsNothingFromAnywhere) {
   EXPECT_EQ(style.find("@import"), std::string::npos);
 }
 
-TEST_F(Report, NoTextOfTheUserBecomesMarkup) {
+TEST_F(Report, EscapesUserText) {
   const std::string text = page(inputs());
   EXPECT_EQ(count(text, "<script"), count(text, "</script>"));
   EXPECT_EQ(count(text, "<script"), 5u);  // the data, three blocks, the program
@@ -121,7 +121,7 @@ TEST_F(Report, NoTextOfTheUserBecomesMarkup) {
   EXPECT_EQ(data["run"], run);
 }
 
-TEST_F(Report, HoldsWhatItWasGiven) {
+TEST_F(Report, ContainsItsInputs) {
   const std::string text = page(inputs());
   const json data = json::parse(script(text, "report"));
   for (std::size_t label = 1; label < parts.size(); ++label) {
@@ -143,7 +143,7 @@ TEST_F(Report, HoldsWhatItWasGiven) {
   EXPECT_EQ(inflated(script(text, "block-grey"), copy.grey.size()).size(), copy.grey.size());
 }
 
-TEST_F(Report, CountsTheGreyValues) {
+TEST_F(Report, CountsGreyValues) {
   const json counts = json::parse(script(page(inputs()), "report"))["histogram"];
   const auto at = [&](const char* which, int value) -> std::size_t {
     return counts[which]
@@ -161,7 +161,7 @@ TEST_F(Report, CountsTheGreyValues) {
   EXPECT_TRUE(json::parse(script(page(inputs()), "report"))["histogram"]["tissues"].empty());
 }
 
-TEST_F(Report, DrawsThePlanesOfTheConventionThatWasUsed) {
+TEST_F(Report, DrawsThePlanesOfTheUsedConvention) {
   const auto cuts_after = [&](const char* convention) {
     ReportInputs in = inputs();
     in.segmentation = {{"convention", convention}};
@@ -184,7 +184,7 @@ TEST_F(Report, DrawsThePlanesOfTheConventionThatWasUsed) {
   EXPECT_TRUE(cuts_after("after my own head").is_null());
 }
 
-TEST_F(Report, LongMotionsAreThinnedForTheCurves) {
+TEST_F(Report, ThinsLongMotionsForTheCurves) {
   motion = capsule_motion(20'000);
   const json data = json::parse(script(page(inputs()), "report"));
   EXPECT_LE(data["motion"]["times"].size(), 1502u);
@@ -192,7 +192,7 @@ TEST_F(Report, LongMotionsAreThinnedForTheCurves) {
   EXPECT_EQ(data["motion"]["times"].back(), motion.times.back());
 }
 
-TEST_F(Report, LittleIsEnough) {
+TEST_F(Report, NeedsFewInputs) {
   ReportInputs in;
   in.subject = "nothing yet";
   const json data = json::parse(script(page(in), "report"));

@@ -70,7 +70,7 @@ struct ReportVerb : testing::Test {
   }
 };
 
-TEST_F(ReportVerb, DrawsWhatTheFolderHolds) {
+TEST_F(ReportVerb, DrawsTheFolderOfARun) {
   write_run();
   run();
   ASSERT_EQ(exit_code, 0) << said;
@@ -92,7 +92,7 @@ TEST_F(ReportVerb, DrawsWhatTheFolderHolds) {
                                              "motion/trajectory.h5", "body.glb", "mesh/head.stl"}));
 }
 
-TEST_F(ReportVerb, DoesWithoutAScanThatIsGone) {
+TEST_F(ReportVerb, WorksWithoutAMissingScan) {
   write_run();
   fs::remove(runs / "scan.nii.gz");
   run("--subject 'Another name'");
@@ -102,7 +102,7 @@ TEST_F(ReportVerb, DoesWithoutAScanThatIsGone) {
   EXPECT_EQ(data()["subject"], "Another name");
 }
 
-TEST_F(ReportVerb, DrawsNoOthersScan) {
+TEST_F(ReportVerb, RefusesAnotherScan) {
   write_run();
   const std::string digest = *digest_of(runs / "scan.nii.gz");
   const json account = {{"inputs", {{"volume", {{{"file", "scan.nii.gz"}, {"sha256", digest}}}}}}};
@@ -127,7 +127,7 @@ TEST_F(ReportVerb, DrawsNoOthersScan) {
   EXPECT_FALSE(page_block("grey").empty());
 }
 
-TEST_F(ReportVerb, TakesTheFaceAway) {
+TEST_F(ReportVerb, RemovesTheFace) {
   write_run();
   run();
   ASSERT_EQ(exit_code, 0) << said;
@@ -152,7 +152,7 @@ TEST_F(ReportVerb, TakesTheFaceAway) {
   EXPECT_NE(said.find("leaves out the moving body"), std::string::npos) << said;
 }
 
-TEST_F(ReportVerb, SaysWhenThereIsNoFaceToTake) {
+TEST_F(ReportVerb, WarnsIfNoHeadIsFound) {
   for (auto& voxel : scan.labels.voxels)
     if (voxel == part_label("head")) voxel = 0;
   write_run();
@@ -162,7 +162,7 @@ TEST_F(ReportVerb, SaysWhenThereIsNoFaceToTake) {
   EXPECT_NE(said.find("found no head"), std::string::npos) << said;
 }
 
-TEST_F(ReportVerb, RefusesWhatItCannotDraw) {
+TEST_F(ReportVerb, RefusesMissingAndDamagedFiles) {
   run();
   EXPECT_EQ(exit_code, 2);
   EXPECT_NE(said.find("contains no results of a run"), std::string::npos);

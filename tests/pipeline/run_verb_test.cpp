@@ -115,7 +115,7 @@ class RunVerb : public testing::Test {
 using Names = std::set<std::string>;
 const Names all{"segmentation", "inertia", "skeleton", "motion", "mesh", "glb", "slices", "report"};
 
-TEST_F(RunVerb, DoesAgainWhatIsGoneOrChangedAndWhatDependsOnIt) {
+TEST_F(RunVerb, RepeatsStagesWithMissingOrChangedFiles) {
   const std::string run = path("scan.mhd") + words();
   EXPECT_EQ(stages_done(run), all);
   EXPECT_EQ(stages_done(run), Names{});
@@ -152,7 +152,7 @@ TEST_F(RunVerb, DoesAgainWhatIsGoneOrChangedAndWhatDependsOnIt) {
   EXPECT_EQ(stages_done(run + " --force"), all);
 }
 
-TEST_F(RunVerb, DefacedItShowsNoFaceAndMeasuresTheSame) {
+TEST_F(RunVerb, DefacingKeepsMeasurements) {
   const std::string scan_file = path("scan.mhd");
   stages_done(scan_file + words());
   const auto kept = [&](const char* name) { return read_input_file(result(name)).value_or(name); };
@@ -181,7 +181,7 @@ TEST_F(RunVerb, DefacedItShowsNoFaceAndMeasuresTheSame) {
   EXPECT_EQ(kept("mesh/head.stl"), before["mesh/head.stl"]);
 }
 
-TEST_F(RunVerb, WhatAUserEditedIsKeptAndUsed) {
+TEST_F(RunVerb, KeepsAndUsesFilesEditedByHand) {
   const std::string run = path("scan.mhd") + words();
   EXPECT_EQ(stages_done(run), all);
   std::string scene = read_input_file(result("model/scene.toml")).value();
@@ -216,7 +216,7 @@ TEST_F(RunVerb, WhatAUserEditedIsKeptAndUsed) {
   EXPECT_NE(read_input_file(result("segmentation/landmarks.json")).value(), edited);
 }
 
-TEST_F(RunVerb, AChangedVoxelIsAnotherScan) {
+TEST_F(RunVerb, ChangedVoxelMakesAnotherScan) {
   for (const char* header : {"scan.mhd", "scan.nhdr"}) {
     const std::string run = path(header) + words();
     EXPECT_EQ(stages_done(run), all) << header;
@@ -259,7 +259,7 @@ class ProgramAtWork {
   pid_t id_;
 };
 
-TEST_F(RunVerb, AnOutputWithAnotherByteIsMadeAgain) {
+TEST_F(RunVerb, ChangedOutputIsWrittenAgain) {
   const std::string run = path("scan.mhd") + words();
   EXPECT_EQ(stages_done(run), all);
   for (const auto& [name, stage] : {std::pair{"body.glb", "glb"},
@@ -301,7 +301,7 @@ std::string text_of_output(const fs::path& file) {
   return read->starts_with("\x1f\x8b") ? inflate_all(*read, 31) : *read;
 }
 
-TEST_F(RunVerb, TheInputsFolderEntersNoOutput) {
+TEST_F(RunVerb, OutputsDoNotNameTheInputsFolder) {
   const std::string patient = "DOE_JANE_19500101";
   fs::create_directories(folder / patient);
   for (const char* name : {"scan.mhd", "scan.raw", "labels.nrrd", "labels.tsv", "joints.json"})
@@ -338,7 +338,7 @@ TEST_F(RunVerb, TheInputsFolderEntersNoOutput) {
   EXPECT_EQ(named_in("tables"), (Names{"t.csv", "t.json"}));
 }
 
-TEST_F(RunVerb, TwoAtOnceInOneFolderAreRefusedAndAKilledOneBlocksNone) {
+TEST_F(RunVerb, RefusesTwoRunsInOneFolder) {
   // The first run is halted when what it writes when it has the folder tells that it has it.
   const std::string shared = "run " + path("scan.mhd") + " --quantity hu --subject s -o " + path("out");
   ProgramAtWork first(shared + " --pose waiting");
@@ -356,7 +356,7 @@ TEST_F(RunVerb, TwoAtOnceInOneFolderAreRefusedAndAKilledOneBlocksNone) {
   EXPECT_EQ(stages_done(path("scan.mhd") + words()), all);
 }
 
-TEST_F(RunVerb, ItsSettingsGiveTheSameRun) {
+TEST_F(RunVerb, StoredSettingsRepeatTheRun) {
   // names that look like numbers, a number that decimals do not hold, quotes
   const std::string run =
       path("scan.mhd") + words("007") +
@@ -402,7 +402,7 @@ TEST_F(RunVerb, ItsSettingsGiveTheSameRun) {
             (Names{"skeleton", "motion", "glb", "report"}));
 }
 
-TEST_F(RunVerb, MovesTheSmallestModelWithinATolerance) {
+TEST_F(RunVerb, SimulatesTheSmallestModelWithinATolerance) {
   const std::string run = path("scan.mhd") + words();
   Names with_economy = all;
   with_economy.insert("economy");
@@ -447,7 +447,7 @@ TEST_F(RunVerb, MovesTheSmallestModelWithinATolerance) {
   expect_refused("run " + run + " --tolerance 1e-6", 2, "--integrator-tolerance");
 }
 
-TEST_F(RunVerb, AStepIsForMethodsOfFixedOnes) {
+TEST_F(RunVerb, StepIsForMethodsWithFixedSteps) {
   EXPECT_EQ(stages_done(path("scan.mhd") + words() + " --keep-paths --method rk4 --step 1e-3"), all);
   const auto record = json::parse(read_input_file(path("out/s/run.json")).value());
   EXPECT_EQ(record["settings"]["step"], 1e-3);
@@ -461,7 +461,7 @@ TEST_F(RunVerb, AStepIsForMethodsOfFixedOnes) {
   EXPECT_EQ(stages_done("--settings " + settings), Names{});
 }
 
-TEST_F(RunVerb, SettingsThatAreWrongAreNamedWithTheirLine) {
+TEST_F(RunVerb, WrongSettingsAreNamedWithTheirLine) {
   for (const auto& [text, said] :
        {std::pair{"[run]\nsex = 'male'\ncolour = 'red'\n", ":3: unknown setting run.colour"},
         {"[run]\n\nintegrator-tolerance = 'few'\n",
@@ -488,7 +488,7 @@ TEST_F(RunVerb, SettingsThatAreWrongAreNamedWithTheirLine) {
   }
 }
 
-TEST_F(RunVerb, RefusesBeforeAnythingIsMade) {
+TEST_F(RunVerb, RefusesBadUseBeforeAnyWork) {
   fs::create_directories(folder / "slices");  // whose files would be more of them at each run
   for (const char* out :
        {".", "slices", "slices/new"})  // (by its own name the folder's results would be in it)

@@ -37,7 +37,7 @@ Vector3d centre_of(const Mesh& mesh) {
   return (least + most) / 2;
 }
 
-TEST(SceneMeshes, FormsEncloseTheirVolumeWhereTheyAre) {
+TEST(SceneMeshes, ShapesEncloseTheirVolumeAtTheirPlace) {
   // with 32 sides a circle's polygon has sin(2 pi / 32) / (2 pi / 32) = .9936 of its area, a ball of 16 such
   // rings less
   const std::tuple<const char*, Form, double, double> forms[] = {
@@ -66,7 +66,7 @@ TEST(SceneMeshes, FormsEncloseTheirVolumeWhereTheyAre) {
   }
 }
 
-TEST(SceneMeshes, AConeStandsOnItsBase) {
+TEST(SceneMeshes, ConeStandsOnItsBase) {
   Scene scene;
   scene.solids = {shaped("cone", Cone{0.5, 2})};
   scene.solids[0].shapes[0].shape.orientation.setIdentity();
@@ -78,7 +78,7 @@ TEST(SceneMeshes, AConeStandsOnItsBase) {
   EXPECT_NEAR(most, 5, 1e-5);
 }
 
-TEST(SceneMeshes, WithoutAShapeTheBoxOfTheInertiaAndRodsToWhatHoldsIt) {
+TEST(SceneMeshes, SolidWithoutShapeIsDrawnByItsInertia) {
   // a box of 12 kg, 1 x 2 x 3 m: moments m / 12 (b^2 + c^2)
   Solid solid;
   solid.name = "block";
@@ -100,7 +100,7 @@ TEST(SceneMeshes, WithoutAShapeTheBoxOfTheInertiaAndRodsToWhatHoldsIt) {
   for (const Mesh& mesh : *meshes) EXPECT_FALSE(mesh.triangles.empty()) << mesh.name;
 }
 
-TEST(SceneMeshes, TheGroundOfAContactIsSeen) {
+TEST(SceneMeshes, GroundOfAContactIsDrawn) {
   const auto scene = read_scene(test::source_folder() + "/samples/bouncing_ball.toml");
   const auto meshes = scene_meshes(scene.value());
   ASSERT_EQ(meshes.value().size(), 2u);
@@ -110,7 +110,7 @@ TEST(SceneMeshes, TheGroundOfAContactIsSeen) {
   EXPECT_NEAR(top, 0, 1e-6);
 }
 
-TEST(SceneMeshes, SimulateWritesThemMoving) {
+TEST(SceneMeshes, SimulateWritesMovingMeshes) {
   const TestFolder folder;
   const std::string scene = test::source_folder() + "/samples/bouncing_ball.toml";
   const std::string body = (folder / "ball.glb").string(), page = (folder / "ball.html").string();

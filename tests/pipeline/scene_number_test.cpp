@@ -30,7 +30,7 @@ damping = +1_0.5
 
 double number(const std::string& path) { return number_at(text, "t.toml", path).value(); }
 
-TEST(SceneNumber, IsFoundByKeysPlacesAndNames) {
+TEST(SceneNumber, IsFoundByKeysIndicesAndNames) {
   EXPECT_EQ(number("simulation.end_time"), 2);
   EXPECT_EQ(number("gravity[2]"), -9.81);
   EXPECT_EQ(number("solid[bar é].joint[swing].value"), 0.5);
@@ -41,7 +41,7 @@ TEST(SceneNumber, IsFoundByKeysPlacesAndNames) {
   EXPECT_EQ(number("bar é.mass"), 1);
 }
 
-TEST(SceneNumber, ChangesAloneWhateverStandsAroundIt) {
+TEST(SceneNumber, ChangesNothingElseInTheFile) {
   for (const char* path : {"simulation.end_time", "gravity[2]", "solid[bar é].joint[swing].value",
                            "spring.stiffness", "spring.damping", "bar é.tensor[1]", "bar é.mass"})
     for (const double value : {1.25, 3., 1e-300, 1e30, 0.1 + 0.2}) {
@@ -59,7 +59,7 @@ TEST(SceneNumber, ChangesAloneWhateverStandsAroundIt) {
   EXPECT_EQ(std::get<CoordinateSpring>(scene.efforts[0].kind).damping, 10.5);
 }
 
-TEST(SceneNumber, OfTheSimulationMayBeNew) {
+TEST(SceneNumber, OfTheSimulationMayBeAdded) {
   const auto more = with_number(text, "t.toml", "simulation.baumgarte_alpha", 20);
   EXPECT_EQ(parse_scene(*more, "t.toml").value().simulation.baumgarte_alpha, 20);
   const std::string bare = text.substr(text.find("[[solid]]"));
@@ -70,7 +70,7 @@ TEST(SceneNumber, OfTheSimulationMayBeNew) {
   EXPECT_FALSE(parse_scene(*with_number(text, "t.toml", "simulation.stepp", 1), "t.toml"));
 }
 
-TEST(SceneNumber, ThatIsNotThereNamesItsNeighbours) {
+TEST(SceneNumber, ThatIsMissingNamesSimilarOnes) {
   for (const char* path : {"effort[sprin].stiffness", "spring.stifness", "solid[3].mass", "", "spring", "[",
                            "simulation.end_time.x", "bar é.name"}) {
     const auto refused = with_number(text, "t.toml", path, 1);

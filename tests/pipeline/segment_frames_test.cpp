@@ -27,7 +27,7 @@ InertiaRow row_of(const Phantom& phantom, std::string_view part) {
   return row;
 }
 
-TEST(SegmentFrames, StandForwardUpAndRight) {
+TEST(SegmentFrames, PointForwardUpAndRight) {
   for (std::size_t label = 1; label < parts.size(); ++label) {
     const InertiaRow row = row_of(standing(), parts[label].name);
     ASSERT_TRUE(row.frame) << row.part;
@@ -74,7 +74,7 @@ TEST(SegmentFrames, MirrorTheBodysSides) {
   }
 }
 
-TEST(SegmentFrames, GoWithTheBodyWhenItIsTurned) {
+TEST(SegmentFrames, RotateWithTheBody) {
   const Matrix3d R = Eigen::AngleAxisd(0.4, Vector3d(1, 2, -1).normalized()).toRotationMatrix();
   const Vector3d shift(0.1, -0.2, 0.3);
   Phantom turned = standing();
@@ -103,7 +103,7 @@ TEST(SegmentFrames, FollowAFlexedKnee) {
   EXPECT_LT(turn.axis().dot(Vector3d(-1, 0, 0)), -0.98);
 }
 
-TEST(SegmentFrames, DoWithoutLandmarksOrSaySo) {
+TEST(SegmentFrames, ReplaceOrNameMissingLandmarks) {
   EXPECT_FALSE(segment_frame("thigh_left", {}, {}));
   EXPECT_FALSE(segment_frame("lower_trunk", {}, {}));
   EXPECT_FALSE(segment_frame("liver", standing().landmarks, {}));
@@ -130,7 +130,7 @@ TEST(SegmentFrames, DoWithoutLandmarksOrSaySo) {
   EXPECT_TRUE(endpoint_notes(*trunk, "middle_trunk", some, "xiphion placed by proportion").empty());
 }
 
-TEST(SegmentFrames, TrunkEndpointsDoWithoutANeck) {
+TEST(SegmentFrames, TrunkEndpointsNeedNoNeck) {
   const auto whole = segment_frame("middle_trunk", standing().landmarks, {});
   Landmarks some = standing().landmarks;
   some.erase("neck");

@@ -54,7 +54,7 @@ void expect_same_deviations(const InertiaRow& a, const InertiaRow& b) {
   }
 }
 
-TEST(SegmentRows, APartAskedForAloneIsThatOfTheWholeTableToTheLastBit) {
+TEST(SegmentRows, SinglePartEqualsTheWholeTablesBitForBit) {
   const InertiaTable some = table_of(blurred().labels, "thigh_left,head");
   ASSERT_EQ(some.rows.size(), 2u);
   EXPECT_EQ(some.source.segments, "thigh_left,head");
@@ -80,7 +80,7 @@ TEST(SegmentRows, APartAskedForAloneIsThatOfTheWholeTableToTheLastBit) {
 
 // A group's parts have labels of their own, and the sums run over each; one label for all of them is summed,
 // grown and corrected as one.
-TEST(SegmentRows, AGroupIsWhatOneLabelForItsPartsGives) {
+TEST(SegmentRows, GroupEqualsOneLabelForItsParts) {
   const InertiaTable groups = table_of(blurred().labels, "trunk,arm_right,leg_left");
   const std::string rest = "head,arm_left,leg_right";
   const InertiaTable as_one = table_of(
@@ -103,7 +103,7 @@ TEST(SegmentRows, AGroupIsWhatOneLabelForItsPartsGives) {
 
 // three slabs of unit voxels on each other are one box: n voxels along an axis have the variance (n^2 - 1) /
 // 12
-TEST(SegmentRows, SlabsOfATrunkAreABox) {
+TEST(SegmentRows, SlabsOfATrunkAddUpToABox) {
   GreyVolume grey;
   grey.grid.size = {12, 8, 20};
   grey.grid.axes *= 10;
@@ -134,7 +134,7 @@ TEST(SegmentRows, SlabsOfATrunkAreABox) {
   EXPECT_NEAR(box.tensor(2, 2), mass * (variance[0] + variance[1]), 1e-12);
 }
 
-TEST(SegmentRows, TheTrunkStandsBesideDeLevas) {
+TEST(SegmentRows, TrunkIsComparedWithDeLevas) {
   const InertiaTable table = table_of(blurred().labels, "trunk,arm_left");
   const Comparison beside = compare(table, table.rows[0], "deleva1996");
   ASSERT_TRUE(beside.published) << beside.why_not;
@@ -145,7 +145,7 @@ TEST(SegmentRows, TheTrunkStandsBesideDeLevas) {
   EXPECT_FALSE(compare(table, table.rows[1], "deleva1996").published);  // a bent arm has no length
 }
 
-TEST(SegmentRows, WhatTheScanLacksIsSaid) {
+TEST(SegmentRows, MissingPartsAreReported) {
   LabelMap labels = blurred().labels;
   const auto drop = [&](const char* name) {
     for (auto& label : labels.voxels)

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-TEST(SegmentVerb, LeavesLabelsLandmarksAndAccount) {
+TEST(SegmentVerb, WritesLabelsLandmarksAndFindings) {
   const TestFolder folder;
   const auto body = build_phantom({});
   ASSERT_TRUE(body) << body.error().message();
@@ -57,7 +57,7 @@ TEST(SegmentVerb, LeavesLabelsLandmarksAndAccount) {
 }
 
 // Somebody else's label map on a grid of its own, and a knee that was moved in 3D Slicer.
-TEST(SegmentVerb, PartsByClassesAndLandmarksOfOthers) {
+TEST(SegmentVerb, UsesClassesAndLandmarksOfOtherPrograms) {
   const TestFolder folder;
   const auto body = build_phantom({});
   GridOptions coarse;
@@ -98,7 +98,7 @@ TEST(SegmentVerb, PartsByClassesAndLandmarksOfOthers) {
 }
 
 // The same body as MR: tissues and what they weigh, no part without classes or landmarks, and all of it said.
-TEST(SegmentVerb, MrGivesTissuesAndSaysSo) {
+TEST(SegmentVerb, MrGivesTissuesWithAWarning) {
   const TestFolder folder;
   const auto body = build_phantom({});
   GridOptions coarse;
@@ -144,7 +144,7 @@ TEST(RunOptions, WithoutEffectAreRefused) {
   EXPECT_EQ(folder.count(), 0);
 }
 
-TEST(SegmentVerb, GridTooCoarseForAnklesIsRefusedAndRunRefusesItToo) {
+TEST(SegmentVerb, TooCoarseGridIsRefusedBySegmentAndRun) {
   const TestFolder folder;
   const std::string output = " -o " + (folder / "out").string();
   for (const char* asked : {"segment x.nii --work-grid 10", "run x.nii --work-grid 10"}) {
@@ -154,7 +154,7 @@ TEST(SegmentVerb, GridTooCoarseForAnklesIsRefusedAndRunRefusesItToo) {
   }
 }
 
-TEST(SegmentVerb, BadUseAndFailureAreTold) {
+TEST(SegmentVerb, BadUseAndFailureAreReported) {
   const TestFolder folder;
   const auto missing =
       run_program("segment " + (folder / "none.nii.gz").string() + " -o " + (folder / "out").string());
@@ -165,7 +165,7 @@ TEST(SegmentVerb, BadUseAndFailureAreTold) {
   EXPECT_FALSE(fs::exists(folder / "out"));
 }
 
-TEST(SegmentationFiles, DamagedAccountsAreRefused) {
+TEST(SegmentationFiles, DamagedFindingsAreRefused) {
   const TestFolder folder;
   const std::string path = (folder / "segmentation.json").string();
   for (const auto& [text, expected] : {std::pair{"{", "ends too early"},
@@ -180,7 +180,7 @@ TEST(SegmentationFiles, DamagedAccountsAreRefused) {
 }
 
 // A body without its left foot, as it is told: all that is made of it says so, and gives the same verdict.
-TEST(SegmentVerb, VerdictAndAbsentPartsGoThroughAllThatIsMade) {
+TEST(SegmentVerb, VerdictAndAbsentPartsReachAllOutputs) {
   const TestFolder folder;
   const auto body = build_phantom({});
   GridOptions coarse;

@@ -59,7 +59,7 @@ class SegmentsVerbs : public testing::Test {
   static inline TestFolder* folder = nullptr;
 };
 
-TEST_F(SegmentsVerbs, ARunOfSomeHasThemAloneWithTheNumbersOfTheWholeRun) {
+TEST_F(SegmentsVerbs, RunOfSomeSegmentsKeepsTheNumbersOfTheWholeRun) {
   ASSERT_EQ(run("all", "").code, 0);
   const ProgramRun done = run("some", "trunk,thigh_left,hand_right");
   ASSERT_EQ(done.code, 0) << done.err;
@@ -114,7 +114,7 @@ TEST_F(SegmentsVerbs, ARunOfSomeHasThemAloneWithTheNumbersOfTheWholeRun) {
             read_input_file(all / "inertia/table.csv").value());
 }
 
-TEST_F(SegmentsVerbs, InertiaTakesThemFromTheLabelsThatThereAre) {
+TEST_F(SegmentsVerbs, InertiaTakesSegmentsFromTheLabels) {
   const std::string inputs = "inertia --volume " + path("scan.nii.gz") + " --labels " +
                              path("labels.nii.gz") + " --landmarks " + path("joints.json");
   const ProgramRun done = run_program(inputs + " --segments arm_left,foot_right -o " + path("arm.json"));
@@ -125,7 +125,7 @@ TEST_F(SegmentsVerbs, InertiaTakesThemFromTheLabelsThatThereAre) {
   expect_refused(run_program(inputs + " --segments arms"), "unknown segment 'arms'; choose from head, ");
 }
 
-TEST_F(SegmentsVerbs, UnknownOnesAreRefusedBeforeAnyWork) {
+TEST_F(SegmentsVerbs, UnknownSegmentsAreRefusedBeforeAnyWork) {
   expect_refused(run_program("segment nowhere.nii.gz --segments thigh -o " + path("no")), "'thigh'");
   expect_refused(run_program("run nowhere.nii.gz --segments trunk,head,middle_trunk -o " + path("no")),
                  "trunk and middle_trunk share middle_trunk");

@@ -60,7 +60,7 @@ TEST(Simulate, WritesTheTrajectoryAndPrintsTheCertificate) {
   EXPECT_NE(stored->scene.find("name = \"roundabout\""), std::string::npos);
 }
 
-TEST(Simulate, FlagsGoBeforeTheScene) {
+TEST(Simulate, FlagsOverrideTheScene) {
   const TestFolder folder;
   const ProgramRun run = run_program("simulate " + samples +
                                      "roundabout.toml --json --method rk4_adaptive --end 0.25 "
@@ -81,7 +81,7 @@ TEST(Simulate, FlagsGoBeforeTheScene) {
             1e-7);  // a fixed step of 0.01 would drift by 1e-5 in that time
 }
 
-TEST(Simulate, UntrustedRunsFailUnlessTheyAreAllowed) {
+TEST(Simulate, UntrustedRunsFailUnlessAllowed) {
   const TestFolder folder;
   const std::string euler =
       "simulate " + samples + "roundabout.toml --method euler -o " + (folder / "a.h5").string();
@@ -105,7 +105,7 @@ TEST(Simulate, UntrustedRunsFailUnlessTheyAreAllowed) {
   EXPECT_FALSE(stored->trajectory.certificate.trusted);
 }
 
-TEST(Simulate, BadUseEndsInOneSentence) {
+TEST(Simulate, BadUseIsRefusedInOneSentence) {
   const TestFolder folder;
   const std::string output = " -o " + (folder / "a.h5").string();
   expect_refused("simulate /no/such.toml" + output, 2, "no such file", folder, 0);
@@ -156,7 +156,7 @@ TEST(Simulate, BadScenesAreNamedWithTheirLine) {
   expect_refused("simulate " + scene + output, 2, "bad.toml:1", folder, 2);
 }
 
-TEST(Simulate, WhatCannotBeWrittenLeavesNothing) {
+TEST(Simulate, UnwritableOutputLeavesNothing) {
   const TestFolder folder;
   folder.write("file", "");
   const ProgramRun run =
@@ -167,7 +167,7 @@ TEST(Simulate, WhatCannotBeWrittenLeavesNothing) {
   EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
 }
 
-TEST(Simulate, FullDisksEndInOneSentence) {
+TEST(Simulate, FullDisksAreReportedInOneSentence) {
   const TestFolder folder;
   for (const char* name : {"a.h5", "a.csv"}) {
     // 20 blocks of 512 bytes hold the words but not the trajectory
@@ -182,7 +182,7 @@ TEST(Simulate, FullDisksEndInOneSentence) {
   }
 }
 
-TEST(Simulate, AFullStandardOutputIsAnError) {
+TEST(Simulate, FullStandardOutputIsAnError) {
   if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
   for (const char* arguments : {"simulate --json ", "simulate ", "evaluate ", "info ", "info --json "}) {
     const ProgramRun run = run_program(arguments + samples + "pendulum.toml >/dev/full");
@@ -191,7 +191,7 @@ TEST(Simulate, AFullStandardOutputIsAnError) {
   }
 }
 
-TEST(Simulate, SignalsEndTheProgramAndLeaveNoMoreThanTheRowsSoFar) {
+TEST(Simulate, SignalsEndTheProgramAndLeaveOnlyTheRowsSoFar) {
   const TestFolder folder;
   // 10^8 steps would take minutes; timeout(1) sends the signal after one second and answers as a
   // shell does: 128 and the signal's number
@@ -215,7 +215,7 @@ std::vector<std::string> rows_of_csv(const std::string& path) {
   return rows;
 }
 
-TEST(Simulate, AKilledRunLeavesItsRowsSoFar) {
+TEST(Simulate, KilledRunLeavesItsRowsSoFar) {
   const TestFolder folder;
   for (const char* ending : {".h5", ".csv"}) {
     const auto file = [&](const char* name) { return (folder / name).string() + ending; };
@@ -255,7 +255,7 @@ TEST(Simulate, AKilledRunLeavesItsRowsSoFar) {
   }
 }
 
-TEST(Simulate, AResumedRunRemovesThePartialCheckpointOfAKilledOne) {
+TEST(Simulate, ResumedRunRemovesPartialCheckpoints) {
   const TestFolder folder;
   const std::string kept = folder / "run.checkpoint";
   const std::string command =
@@ -278,7 +278,7 @@ TEST(Simulate, AResumedRunRemovesThePartialCheckpointOfAKilledOne) {
   EXPECT_TRUE(std::filesystem::exists(living));
 }
 
-TEST(Simulate, AStoppedRunResumesExactlyFromItsCheckpoint) {
+TEST(Simulate, StoppedRunResumesBitForBit) {
   const TestFolder folder;
   const auto command = [&](const std::string& output, const std::string& more) {
     // 2 10^5 steps are some seconds
@@ -329,7 +329,7 @@ TEST(Simulate, KeepsItsCheckpointUntilTheResultIsWritten) {
 
 // Batch systems send several signals at once: the second must not end the run before its checkpoint is
 // written.
-TEST(Simulate, SignalsThatComeTogetherStopARunOnce) {
+TEST(Simulate, SimultaneousSignalsStopARunOnce) {
   const TestFolder folder;
   const std::string kept = folder / "run.checkpoint";
   const ProgramRun stopped = run_program(
@@ -341,7 +341,7 @@ TEST(Simulate, SignalsThatComeTogetherStopARunOnce) {
   EXPECT_EQ(folder.count(), 1);
 }
 
-TEST(Simulate, GoesOnWhereNothingCanBeSaid) {
+TEST(Simulate, ContinuesWithClosedStandardError) {
   const TestFolder folder;
   const std::string command =
       "simulate " + samples + "pendulum.toml --end 1 -o " + (folder / "a.csv").string();
@@ -356,7 +356,7 @@ TEST(Simulate, GoesOnWhereNothingCanBeSaid) {
   EXPECT_EQ(run_program(command + " >&-").code, 1);  // what it was to print
 }
 
-TEST(Simulate, WritesOverNothingThatItReads) {
+TEST(Simulate, NeverOverwritesItsInputs) {
   const TestFolder folder;
   const std::string scene = text_of(samples + "pendulum.toml"), own = folder.write("scene.csv", scene);
   std::filesystem::create_symlink(own, folder / "link.csv");

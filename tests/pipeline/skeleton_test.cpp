@@ -71,7 +71,7 @@ TEST(Skeleton, StartsInTheScansPoseWithTheScansInertia) {
   }
 }
 
-TEST(Skeleton, JointsAreAtTheirCentresAndHingesReadTheFlexion) {
+TEST(Skeleton, JointsLieAtTheirCentresAndHingesMeasureFlexion) {
   const Body made = body({{"knee_left_flexion", 30}, {"elbow_right_flexion", 40}});
   const auto skeleton = build_skeleton(made.parts, made.phantom.landmarks);
   ASSERT_TRUE(skeleton);
@@ -125,7 +125,7 @@ Vector3d start(const Scene& scene, const std::string& part) {
   return logarithm(Quaternion(one.q.at(0), one.q.at(1), one.q.at(2), one.q.at(3))) / degree;
 }
 
-TEST(Skeleton, BallsReadTheAnatomicalAngles) {
+TEST(Skeleton, BallsMeasureAnatomicalAngles) {
   const Body still = body(),
              bent = body({{"hip_left_flexion", 30},
                           {"hip_right_flexion", 15},
@@ -171,7 +171,7 @@ TEST(Skeleton, BallsReadTheAnatomicalAngles) {
   EXPECT_DOUBLE_EQ(hip[2].upper, 40 * degree);
 }
 
-TEST(Skeleton, AStartOutsideAPublishedRangeWidensIt) {
+TEST(Skeleton, StartOutsideARangeWidensIt) {
   // the left leg's points turned forwards about the hip, farther than the phantom itself can
   Body made = body();
   const Vector3d hip_centre = made.phantom.landmarks.find("hip_left")->second.point;
@@ -202,7 +202,7 @@ TEST(Skeleton, AStartOutsideAPublishedRangeWidensIt) {
 
 // A straight elbow of a coarse scan comes out bent backwards by what its landmarks leave open: 2 mm at the
 // wrist, 0.5 degrees, is a finding of exact landmarks and none of the wrist's usual 5 mm.
-TEST(Skeleton, AnAngleOutsideByLessThanItsOwnDeviationIsNotTold) {
+TEST(Skeleton, IgnoresAnglesOutsideByLessThanTheirDeviation) {
   for (const double deviation : {0.01, 5.0}) {
     Body made = body();
     Landmark& wrist = made.phantom.landmarks.find("wrist_left")->second;
@@ -225,7 +225,7 @@ TEST(Skeleton, AnAngleOutsideByLessThanItsOwnDeviationIsNotTold) {
   }
 }
 
-TEST(Skeleton, ATrunkWithoutANeckHasNoRangesThere) {
+TEST(Skeleton, TrunkWithoutANeckHasNoNeckRanges) {
   Body made = body();
   made.phantom.landmarks.erase("neck");
   const auto skeleton = build_skeleton(made.parts, made.phantom.landmarks);
@@ -233,7 +233,7 @@ TEST(Skeleton, ATrunkWithoutANeckHasNoRangesThere) {
   EXPECT_TRUE(ball(skeleton->scene, "middle_trunk").ranges.empty());
 }
 
-TEST(JointAxes, AStartThatIsOutsideByRoundingIsNotTold) {
+TEST(JointAxes, IgnoresStartsOutsideByRounding) {
   const JointAxes hip = joint_axes("hip_left");  // flexion -30 to 120 degrees
   std::vector<Warning> warnings;
   auto ranges = ranges_with_start(hip, Vector3d(120.04, 0, 0) * degree, "hip_left", warnings);
@@ -249,7 +249,7 @@ TEST(JointAxes, AStartThatIsOutsideByRoundingIsNotTold) {
   EXPECT_EQ(warnings.size(), 1u);
 }
 
-TEST(JointAxes, TurnTheWayTheyAreNamed) {
+TEST(JointAxes, RotateInTheNamedDirection) {
   // in anatomical axes: X forwards, Y up, Z to the right
   const Vector3d front = Vector3d::UnitX(), up = Vector3d::UnitY(), right = Vector3d::UnitZ();
   for (const char* side : {"_left", "_right"}) {
@@ -276,7 +276,7 @@ TEST(JointAxes, TurnTheWayTheyAreNamed) {
   EXPECT_DOUBLE_EQ(joint_axes("ankle_left").axes[2].range.upper, 180 * degree);  // none is published
 }
 
-TEST(Skeleton, LeavesUpwardsTurningAsOneBody) {
+TEST(Skeleton, LeapStartsAsOneRigidBody) {
   const Body made = body();
   SkeletonOptions options;
   options.leap.flight_time = 0.8;
@@ -296,7 +296,7 @@ TEST(Skeleton, LeavesUpwardsTurningAsOneBody) {
               1e-3);  // the phantom stands upright: its left is x to within rounding
 }
 
-TEST(Skeleton, PartsThatAreMissingAreNotInvented) {
+TEST(Skeleton, InventsNoMissingParts) {
   Body made = body();
   for (const char* gone : {"head", "thigh_left", "upper_arm_right"}) made.parts.erase(gone);
   made.phantom.landmarks.erase("ankle_right");
@@ -312,7 +312,7 @@ TEST(Skeleton, PartsThatAreMissingAreNotInvented) {
 
 // A trunk as one solid: whatever hung on its parts hangs on it, at the same joints, and the whole is the
 // same.
-TEST(Skeleton, GroupsOfPartsAreOneSolidEach) {
+TEST(Skeleton, GroupsOfPartsBecomeOneSolidEach) {
   const Body made = body();
   PartInertials some;
   for (const auto& [name, inertial] : made.parts) {
@@ -340,7 +340,7 @@ TEST(Skeleton, GroupsOfPartsAreOneSolidEach) {
   }
 }
 
-TEST(Skeleton, AllItsNamesAreKnownBefore) {
+TEST(Skeleton, AllNamesAreKnownBeforeBuilding) {
   const Body made = body();
   std::vector<std::string> all;
   for (const auto& [name, inertial] : made.parts) all.push_back(name);
@@ -366,7 +366,7 @@ TEST(Skeleton, AllItsNamesAreKnownBefore) {
   EXPECT_FALSE(known(groups.coordinates, "knee_left"));
 }
 
-TEST(Skeleton, CutPartsAreTakenWithTheReasonThatTheirRowGives) {
+TEST(Skeleton, CutPartsCarryTheReasonOfTheirRow) {
   InertiaTable table;
   InertiaRow row;
   row.part = "forearm_left";
@@ -386,14 +386,14 @@ TEST(Skeleton, CutPartsAreTakenWithTheReasonThatTheirRowGives) {
   EXPECT_TRUE(warnings.empty());
 }
 
-TEST(Skeleton, JointInertiaIsThatOfTwoBodiesOnAHinge) {
+TEST(Skeleton, JointInertiaEqualsTwoBodiesOnAHinge) {
   // two uniform bars of 1 m hinged at their ends: each has m l^2 / 3 about the hinge
   const Inertial bar{3, {0, 0, -0.5}, Vector3d(0.25, 0.25, 0).asDiagonal()};
   const Inertial other{6, {0, 0, 0.5}, Vector3d(0.5, 0.5, 0).asDiagonal()};
   EXPECT_NEAR(joint_inertia(bar, other, Vector3d::Zero(), Vector3d::UnitX()), 1.0 * 2.0 / 3.0, 1e-15);
 }
 
-TEST(Skeleton, FliesOnItsParabolaAndKeepsItsSpin) {
+TEST(Skeleton, FliesOnAParabolaAndKeepsItsSpin) {
   const Body made = body();
   const auto skeleton = build_skeleton(made.parts, made.phantom.landmarks);
   ASSERT_TRUE(skeleton);

@@ -48,7 +48,7 @@ StabilityMap mapped(Sweep columns, const std::vector<std::string>& methods, cons
   return stability_map(std::move(columns), settings).value();
 }
 
-TEST(Stability, GoesOnFromWhatIsKnown) {
+TEST(Stability, ContinuesFromKnownResults) {
   StabilitySettings settings;
   settings.methods = {"rk4", "verlet", "dopri5"};
   settings.steps = parse_ladder("1e-2:10:5", "steps").value();
@@ -70,7 +70,7 @@ TEST(Stability, GoesOnFromWhatIsKnown) {
   EXPECT_EQ(stability_limits_csv(again), stability_limits_csv(whole));
 }
 
-TEST(Stability, LimitsOfAnUndampedSpringAreThoseOfTheory) {
+TEST(Stability, LimitsOfAnUndampedSpringMatchTheory) {
   const StabilityMap map =
       mapped(sweep(oscillator, "spring.stiffness", "4,1e4,1e8"),
              {"rk4", "verlet", "semi_implicit_euler", "implicit_midpoint", "gauss4"}, "1e-5:10");
@@ -91,7 +91,7 @@ TEST(Stability, LimitsOfAnUndampedSpringAreThoseOfTheory) {
   }
 }
 
-TEST(Stability, AHeavilyDampedSpringBoundsTheStepByItsDamping) {
+TEST(Stability, DampingLimitsTheStepOfADampedSpring) {
   std::string text = oscillator;
   text.replace(text.find("velocity = 0"), 12, "velocity = 1");
   const StabilityMap map =
@@ -110,7 +110,7 @@ TEST(Stability, AHeavilyDampedSpringBoundsTheStepByItsDamping) {
   }
 }
 
-TEST(Stability, WhatGrowsByItselfIsSaid) {
+TEST(Stability, ReportsMotionThatGrowsByItself) {
   // x = cosh t: by e^5 in five seconds, by e^50 at a hundred times the force, and by nothing on a spring
   const auto words_of = [](const std::string& values) {
     return own_growth_words(mapped(sweep(oscillator, "spring.stiffness", values), {"rk4"}, "1e-2:1e-1"));
@@ -121,7 +121,7 @@ TEST(Stability, WhatGrowsByItselfIsSaid) {
   EXPECT_NE(words.find("with spring.stiffness = -100 by e^50 in"), std::string::npos) << words;
 }
 
-TEST(Stability, WhatFailsAfterTheScenesEndIsNoFailureOfTheScene) {
+TEST(Stability, IgnoresFailuresAfterTheScenesEnd) {
   // a rod of 1 m between a slider that is driven at 1 m/s and one across: it is at its length's end after 1
   // s; 200 steps of 6 ms go beyond that
   const std::string text = R"(name = "rod"
@@ -156,7 +156,7 @@ distance = 1
   }
 }
 
-TEST(Stability, EulerGrowsAtAnyStepAndItsMidpointRuleSlowly) {
+TEST(Stability, EulerGrowsAtAnyStepAndMidpointSlowly) {
   const StabilityMap map = mapped(sweep(oscillator, "spring.stiffness", "4"), {"euler", "rk2"}, "1e-3:1");
   EXPECT_TRUE(std::isnan(map.limits[0].stable));
   EXPECT_EQ(map.limits[0].linear, 0);
@@ -198,7 +198,7 @@ double reach(int order, double c, double k) {
 
 // Two masses, one on a damped spring that is ever stiffer: the error that a method adds before the motion has
 // died down is no instability.
-TEST(Stability, DampedMotionsAreStableUpToTheorysLimit) {
+TEST(Stability, DampedMotionsAreStableUpToTheTheoreticalLimit) {
   std::string text = oscillator;
   text.replace(text.find("damping = 0"), 11, "damping = 3");
   text.replace(text.find("stiffness = 4"), 13, "stiffness = 40");
@@ -235,7 +235,7 @@ damping = 1
   }
 }
 
-TEST(Stability, LimitsOfAPartOfTheTimeAreDrawnAsSuch) {
+TEST(Stability, LimitsFoundInPartOfTheTimeAreMarked) {
   StabilityMap map;
   map.sweep.scene = "x", map.sweep.parameter = "k";
   map.sweep.values = {{1, 10}, true};
@@ -260,7 +260,7 @@ TEST(Stability, LimitsOfAPartOfTheTimeAreDrawnAsSuch) {
 }
 
 // The cube drops at once, and hits the spring later: how many steps a run may make says nothing of that.
-TEST(Stability, ARunThatIsCutOffTellsOfNoLimit) {
+TEST(Stability, TruncatedRunGivesNoLimit) {
   const std::string text = with_number(read_input_file(test::source_folder() + "/samples/shock.toml").value(),
                                        "shock.toml", "solid[cube].shape.mass", 1e6)
                                .value();
@@ -289,7 +289,7 @@ TEST(Stability, ARunThatIsCutOffTellsOfNoLimit) {
 }
 
 // dopri5 needs the more steps the smaller its tolerance, by the fifth root: up to some it is not let go on.
-TEST(Stability, ToleranceBelowWhichRunsWereCutOffIsSaid) {
+TEST(Stability, ReportsTheToleranceOfTruncatedRuns) {
   StabilitySettings settings;
   settings.methods = {"dopri5"};
   settings.tolerances = parse_ladder("1e-12:1e-4:9", "tolerances").value();
@@ -311,7 +311,7 @@ TEST(Stability, ToleranceBelowWhichRunsWereCutOffIsSaid) {
   EXPECT_EQ(stable_words(map, map.limits[0]), fmt::format("all above {:.3g}", cut));
 }
 
-TEST(Stability, EveryOutcomeHasItsScene) {
+TEST(Stability, EachOutcomeOccursInAnExample) {
   const auto outcome = [](const std::string& text, const char* method, double setting,
                           ConstraintTreatment constraints = ConstraintTreatment::projection,
                           RunLengths lengths = {}) {
@@ -343,7 +343,7 @@ TEST(Stability, EveryOutcomeHasItsScene) {
   EXPECT_EQ(outcome(sample("painleve_rod.toml"), "dop853", 1e-8), Outcome::not_solved);
 }
 
-TEST(Stability, BaumgartesGainsBoundTheStep) {
+TEST(Stability, BaumgartesGainsLimitTheStep) {
   // h'' + 2 a h' + a^2 h = 0 has the double eigenvalue -a, which RK4 bears up to a step of 2.785 / a
   const std::string text =
       write_scene(read_scene(test::source_folder() + "/samples/a01.toml").value()).value();
@@ -365,7 +365,7 @@ TEST(Stability, BaumgartesGainsBoundTheStep) {
   }
 }
 
-TEST(Stability, IsTheSameEachTime) {
+TEST(Stability, IsReproducible) {
   const auto once = [] {
     return mapped(sweep(oscillator, "spring.stiffness", "1:100:3"), {"rk4", "gbs", "moreau"}, "1e-2:3:5");
   };
@@ -375,7 +375,7 @@ TEST(Stability, IsTheSameEachTime) {
   EXPECT_EQ(stability_page(a), stability_page(b));
 }
 
-TEST(Stability, AColumnThatIsNoSceneIsRefusedAndTheOthersRun) {
+TEST(Stability, InvalidColumnIsRefusedAndTheOthersRun) {
   const StabilityMap map = mapped(sweep(oscillator, "mass.mass", "-1,1"), {"rk4"}, "1e-2,1e-1");
   ASSERT_EQ(map.cells.size(), 4u);
   EXPECT_EQ(map.cells[0].tried.outcome, Outcome::refused);
@@ -385,7 +385,7 @@ TEST(Stability, AColumnThatIsNoSceneIsRefusedAndTheOthersRun) {
   EXPECT_FALSE(stability_map(sweep(oscillator, "mass.mass", "-2,-1"), {}));
 }
 
-TEST(Stability, ScenesThatFailAreWrittenWithHowTheyFail) {
+TEST(Stability, FailingScenesAreWrittenWithTheirFailure) {
   StabilitySettings settings;
   settings.methods = {"rk4"};
   settings.steps = parse_ladder("1e-2:3:8", "steps").value();

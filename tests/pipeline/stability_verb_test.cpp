@@ -21,7 +21,7 @@ namespace {
 using nlohmann::json;
 const std::string samples = test::source_folder() + "/samples/";
 
-TEST(StabilityVerb, MapsANumberOfASceneAgainstTheStep) {
+TEST(StabilityVerb, MapsASceneNumberAgainstTheStep) {
   const TestFolder folder;
   const ProgramRun run = run_program("stability " + samples +
                                      "heavy_top.toml --vary top.mass=1:10:2 --step 1e-3:0.1:5 --methods "
@@ -45,7 +45,7 @@ TEST(StabilityVerb, MapsANumberOfASceneAgainstTheStep) {
   EXPECT_GT(failing, 0);
 }
 
-TEST(StabilityVerb, TakesSeveralScenesAndModelsOfOthers) {
+TEST(StabilityVerb, AcceptsSeveralScenesAndForeignModels) {
   const TestFolder folder;
   const ProgramRun run =
       run_program("stability " + samples + "pendulum_3.toml " + samples +
@@ -62,7 +62,7 @@ TEST(StabilityVerb, TakesSeveralScenesAndModelsOfOthers) {
   EXPECT_EQ(json::parse(mjcf.out, nullptr, false)["runs"], 2);
 }
 
-TEST(StabilityVerb, GoesOnWhereItWasBrokenOff) {
+TEST(StabilityVerb, ContinuesAfterAnInterruption) {
   const TestFolder folder;
   const std::string asked = "stability " + samples +
                             "heavy_top.toml --vary top.mass=1:10:4 --methods rk4,verlet,dopri5 "
@@ -89,7 +89,7 @@ TEST(StabilityVerb, GoesOnWhereItWasBrokenOff) {
     EXPECT_EQ(text("broken/" + std::string(name)), text("whole/" + std::string(name))) << name;
 }
 
-TEST(StabilityVerb, ASpoiltFileOrAnOlderMapLeaveNothing) {
+TEST(StabilityVerb, IgnoresDamagedAndOlderResults) {
   const TestFolder folder;
   const std::string asked =
       "stability " + samples + "heavy_top.toml --step 1e-2 -o " + folder.path().string();
@@ -105,7 +105,7 @@ TEST(StabilityVerb, ASpoiltFileOrAnOlderMapLeaveNothing) {
   EXPECT_TRUE(std::filesystem::exists(folder / "rk4.svg"));
 }
 
-TEST(StabilityVerb, ScenesOfOneNameAreToldByTheirFiles) {
+TEST(StabilityVerb, ScenesOfOneNameAreNamedByTheirFiles) {
   const TestFolder folder;
   const std::string scene = read_input_file(samples + "pendulum.toml").value();
   std::filesystem::create_directories(folder / "other");
@@ -125,7 +125,7 @@ TEST(StabilityVerb, ScenesOfOneNameAreToldByTheirFiles) {
   EXPECT_EQ(limits[3]["name"], read_scene(samples + "shock.toml").value().name);
 }
 
-TEST(StabilityVerb, OneSceneAloneHasADrawingOfItsMethods) {
+TEST(StabilityVerb, SingleSceneHasADrawingOfItsMethods) {
   const TestFolder folder;
   const std::string asked = "stability " + samples +
                             "pendulum.toml --end 1 --step 1e-2,1e-1 --integrator-tolerance 1e-4 --json -o " +
@@ -142,7 +142,7 @@ TEST(StabilityVerb, OneSceneAloneHasADrawingOfItsMethods) {
   EXPECT_EQ(tiles, 4u);
 }
 
-TEST(StabilityVerb, RunsLong) {
+TEST(StabilityVerb, DrawsLongRuns) {
   const TestFolder folder;
   const ProgramRun run = run_program("stability " + samples +
                                      "pendulum.toml --long 2000 --step 0.01 --methods "
@@ -157,7 +157,7 @@ TEST(StabilityVerb, RunsLong) {
   EXPECT_TRUE(std::filesystem::exists(folder / "energy_bounded.csv"));
 }
 
-TEST(StabilityVerb, SaysInASentenceWhatIsWrong) {
+TEST(StabilityVerb, RefusesBadUseInOneSentence) {
   const TestFolder folder;
   const std::string base = "stability " + samples + "shock.toml -o " + folder.path().string() + " ";
   const auto refused = [&](const std::string& arguments, const std::string& words) {
@@ -205,7 +205,7 @@ std::vector<Failing> failing_scenes_kept() {
 
 class FailingScene : public testing::TestWithParam<Failing> {};
 
-TEST_P(FailingScene, GoesOnFailingByName) {
+TEST_P(FailingScene, FailsAgainWithTheNamedOutcome) {
   const Failing& kept = GetParam();
   const auto scene = read_scene(kept.file);
   ASSERT_TRUE(scene) << scene.error().message();

@@ -123,7 +123,7 @@ struct StagesSideBySide : testing::Test {
   }
 };
 
-TEST_F(StagesSideBySide, WhatDoesNotNeedEachOtherIsDoneAtTheSameTime) {
+TEST_F(StagesSideBySide, IndependentStagesRunInParallel) {
   std::atomic<bool> left = false, right = false;
   first["left"] = [&] { left = true, wait_for(right); };
   first["right"] = [&] { right = true, wait_for(left); };
@@ -134,7 +134,7 @@ TEST_F(StagesSideBySide, WhatDoesNotNeedEachOtherIsDoneAtTheSameTime) {
   EXPECT_EQ((*record)["stages"].back()["seen"], json({"one", "left", "lefter", "right"}));
 }
 
-TEST_F(StagesSideBySide, TheRecordIsInTheOrderGivenAndTheSameAsOfOneThread) {
+TEST_F(StagesSideBySide, RecordKeepsTheOrderOfOneThread) {
   const auto without_times = [](json record) {
     for (json& entry : record["stages"])
       for (const char* name : {"seconds", "peak_memory_mib", "seen"}) entry.erase(name);
@@ -155,7 +155,7 @@ TEST_F(StagesSideBySide, TheRecordIsInTheOrderGivenAndTheSameAsOfOneThread) {
   EXPECT_TRUE(ran.empty());
 }
 
-TEST_F(StagesSideBySide, OfSeveralThatFailTheFirstIsNamedAndNothingAfterItIsBegun) {
+TEST_F(StagesSideBySide, FirstFailureIsNamedAndLaterStagesDoNotStart) {
   std::atomic<bool> left = false, right = false;
   broken = {{"lefter", "broken"}, {"right", "broken, too"}};
   first["left"] = [&] { left = true, wait_for(right); };  // fails the sooner though it comes later
@@ -169,7 +169,7 @@ TEST_F(StagesSideBySide, OfSeveralThatFailTheFirstIsNamedAndNothingAfterItIsBegu
   }
 }
 
-TEST_F(StagesSideBySide, WhatWasDoneBesideAFailingStageIsKept) {
+TEST_F(StagesSideBySide, KeepsParallelResultsOfAFailedRun) {
   std::atomic<bool> right = false;
   broken = {{"left", "broken"}};
   first["left"] = [&] { wait_for(right); };
@@ -184,7 +184,7 @@ TEST_F(StagesSideBySide, WhatWasDoneBesideAFailingStageIsKept) {
   EXPECT_EQ(names(*whole), (std::vector<std::string>{"one", "left", "lefter", "right", "all"}));
 }
 
-TEST_F(StagesSideBySide, AFailureIsToldAtOnceAndStopsWhatComesAfterIt) {
+TEST_F(StagesSideBySide, FailureIsReportedAtOnceAndStopsLaterStages) {
   broken = {{"left", "broken"}};
   endless = "right";
   std::atomic<bool> right = false;
@@ -209,7 +209,7 @@ TEST_F(StagesSideBySide, AFailureIsToldAtOnceAndStopsWhatComesAfterIt) {
   EXPECT_EQ(ran, (std::vector<std::string>{"left", "lefter", "right", "all"}));
 }
 
-TEST_F(StagesSideBySide, AFailureIsToldWhileWhatComesBeforeItGoesOn) {
+TEST_F(StagesSideBySide, FailureIsReportedWhileEarlierStagesContinue) {
   broken = {{"right", "broken"}};
   std::atomic<bool> left = false, told = false;
   observer.fails = [&](const Stage& stage, const Error&) { told = stage.name == "right"; };
@@ -221,7 +221,7 @@ TEST_F(StagesSideBySide, AFailureIsToldWhileWhatComesBeforeItGoesOn) {
   EXPECT_EQ(ran, (std::vector<std::string>{"one", "left", "lefter"}));
 }
 
-TEST_F(StagesSideBySide, OneThatGoesAfterAnotherWaitsForItThoughItNeedsNothingOfIt) {
+TEST_F(StagesSideBySide, OrderedStagesWaitForEachOther) {
   const auto lock = FolderLock::take(folder);
   ASSERT_TRUE(lock);
   std::vector<Stage> stages{stage("one", {}), stage("two", {}), stage("three", {})};
@@ -232,7 +232,7 @@ TEST_F(StagesSideBySide, OneThatGoesAfterAnotherWaitsForItThoughItNeedsNothingOf
   EXPECT_EQ(ran.back(), "three");
 }
 
-TEST_F(StagesSideBySide, WantOfMemoryInAnyOfThemEndsTheRun) {
+TEST_F(StagesSideBySide, OutOfMemoryInAStageEndsTheRun) {
   for (const char* name : {"left", "right"}) {
     fs::remove_all(folder);
     first = {{name, [] { throw std::bad_alloc(); }}};
@@ -241,7 +241,7 @@ TEST_F(StagesSideBySide, WantOfMemoryInAnyOfThemEndsTheRun) {
   }
 }
 
-TEST_F(StagesSideBySide, TheyAreToldOfOneAtATime) {
+TEST_F(StagesSideBySide, ObserverCallsDoNotOverlap) {
   std::atomic<int> telling = 0;
   std::map<std::string, int> told;
   const auto tell = [&](const Stage& stage) {
@@ -256,7 +256,7 @@ TEST_F(StagesSideBySide, TheyAreToldOfOneAtATime) {
                       {"one", 102}, {"left", 102}, {"lefter", 102}, {"right", 102}, {"all", 102}}));
 }
 
-TEST_F(Stages, SecondRunDoesNothingAgain) {
+TEST_F(Stages, SecondRunRepeatsNothing) {
   ASSERT_TRUE(run());
   EXPECT_EQ(ran, (std::vector<std::string>{"one", "two", "aside"}));
   const auto record = run();
@@ -266,7 +266,7 @@ TEST_F(Stages, SecondRunDoesNothingAgain) {
   EXPECT_EQ(json::parse(read_input_file(folder / "run.json").value()), *record);
 }
 
-TEST_F(Stages, TheSlowestThreeAreNamedWithTheirShare) {
+TEST_F(Stages, NamesTheThreeSlowestStages) {
   ASSERT_TRUE(run());
   json record = json::parse(read_input_file(folder / "run.json").value());
   const std::map<std::string, double> seconds{{"one", 1}, {"two", 6}, {"aside", 3}};
@@ -279,7 +279,7 @@ TEST_F(Stages, TheSlowestThreeAreNamedWithTheirShare) {
                                                  {"stage": "one", "seconds": 1.0, "share": 0.1}])"));
 }
 
-TEST_F(Stages, ChangeRerunsWhatDependsOnItAndNothingElse) {
+TEST_F(Stages, ChangeRepeatsOnlyDependentStages) {
   ASSERT_TRUE(run());
   first_settings["step"] = 2;
   ASSERT_TRUE(run());
@@ -290,7 +290,7 @@ TEST_F(Stages, ChangeRerunsWhatDependsOnItAndNothingElse) {
   EXPECT_EQ(ran.size(), 3u);
 }
 
-TEST_F(Stages, StoppedRunGoesOnAtTheFirstUnfinishedStage) {
+TEST_F(Stages, StoppedRunContinuesAtTheFirstUnfinishedStage) {
   broken = "two";
   const auto stopped = run();
   ASSERT_FALSE(stopped);
@@ -306,14 +306,14 @@ TEST_F(Stages, StoppedRunGoesOnAtTheFirstUnfinishedStage) {
   EXPECT_FALSE(fs::exists(partial));
 }
 
-TEST_F(Stages, MissingOutputIsMadeAgain) {
+TEST_F(Stages, MissingOutputIsWrittenAgain) {
   ASSERT_TRUE(run());
   fs::remove(folder / "two.txt");
   ASSERT_TRUE(run());
   EXPECT_EQ(ran, (std::vector<std::string>{"two"}));
 }
 
-TEST_F(Stages, EmptiedOrCutOutputIsMadeAgain) {
+TEST_F(Stages, EmptiedOrCutOutputIsWrittenAgain) {
   ASSERT_TRUE(run());
   fs::resize_file(folder / "one.txt", 2);
   ASSERT_TRUE(run());
@@ -321,7 +321,7 @@ TEST_F(Stages, EmptiedOrCutOutputIsMadeAgain) {
   EXPECT_EQ(read_input_file(folder / "one.txt").value(), "one");
 }
 
-TEST_F(Stages, AnOutputOfEqualSizeWithAnotherByteIsMadeAgain) {
+TEST_F(Stages, ChangedOutputOfEqualSizeIsWrittenAgain) {
   ASSERT_TRUE(run());
   edit("two.txt", "twp");
   ASSERT_TRUE(run());
@@ -335,7 +335,7 @@ TEST_F(Stages, AnOutputOfEqualSizeWithAnotherByteIsMadeAgain) {
   EXPECT_EQ(ran, Names{"one"});
 }
 
-TEST_F(Stages, AFileChangedByHandStaysAndWhatDependsOnItIsDoneAgain) {
+TEST_F(Stages, FileChangedByHandIsKeptAndUsed) {
   editable = {{"one.txt"}};
   ASSERT_TRUE(run());
   edit("one.txt", "One");  // as long as it was
@@ -371,7 +371,7 @@ TEST_F(Stages, AFileChangedByHandStaysAndWhatDependsOnItIsDoneAgain) {
   EXPECT_EQ(text("one.txt"), "one");
 }
 
-TEST_F(Stages, AFileThatNothingReadsIsKeptAndSaysWhatIsRead) {
+TEST_F(Stages, ChangedFileThatNothingReadsIsKeptWithAWarning) {
   editable = {{"one.txt", "another.txt"}};
   ASSERT_TRUE(run());
   edit("one.txt", "ONE");
@@ -383,7 +383,7 @@ TEST_F(Stages, AFileThatNothingReadsIsKeptAndSaysWhatIsRead) {
             "it again");
 }
 
-TEST_F(Stages, AStoppedRunForgetsNoFileThatWasChangedByHand) {
+TEST_F(Stages, StoppedRunRemembersFilesChangedByHand) {
   editable = {{"aside.txt"}};
   ASSERT_TRUE(run());
   edit("aside.txt", "ASIDE");
@@ -397,7 +397,7 @@ TEST_F(Stages, AStoppedRunForgetsNoFileThatWasChangedByHand) {
   EXPECT_EQ(text("aside.txt"), "ASIDE");
 }
 
-TEST_F(Stages, OutputInWhosePlaceAFolderIsStopsItBeforeAnyStage) {
+TEST_F(Stages, FolderInPlaceOfAnOutputIsRefusedBeforeAnyStage) {
   fs::create_directories(folder / "aside.txt");
   const auto answer = run();
   ASSERT_FALSE(answer);
@@ -405,7 +405,7 @@ TEST_F(Stages, OutputInWhosePlaceAFolderIsStopsItBeforeAnyStage) {
   EXPECT_TRUE(ran.empty());
 }
 
-TEST_F(Stages, AFolderIsLockedOnceAtATime) {
+TEST_F(Stages, FolderIsLockedByOneRun) {
   {
     const auto lock = FolderLock::take(folder / "deep");
     ASSERT_TRUE(lock);
@@ -426,7 +426,7 @@ TEST_F(Stages, DamagedRecordIsNamed) {
   EXPECT_TRUE(run(true));
 }
 
-TEST(Digest, IsSha256) {
+TEST(Digest, EqualsSha256) {
   // FIPS 180-2, appendix B.1
   EXPECT_EQ(digest_of_bytes("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
 }

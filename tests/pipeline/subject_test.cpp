@@ -11,7 +11,7 @@ ScannedVolume scan_of(const std::string& sex, std::optional<double> age) {
   return scan;
 }
 
-TEST(Subject, TheHeadersSexCountsWhereTheUserSaysNone) {
+TEST(Subject, HeadersSexIsUsedByDefault) {
   const Subject said = subject_of(scan_of("female", 34), "");
   EXPECT_EQ(said.sex, "female");
   ASSERT_EQ(said.notes.size(), 1U);
@@ -20,7 +20,7 @@ TEST(Subject, TheHeadersSexCountsWhereTheUserSaysNone) {
   EXPECT_TRUE(subject_of(scan_of("", {}), "male").notes.empty());
 }
 
-TEST(Subject, TheUserGoesBeforeTheHeader) {
+TEST(Subject, UserOverridesTheHeader) {
   const Subject said = subject_of(scan_of("female", 34), "male");
   EXPECT_EQ(said.sex, "male");
   ASSERT_EQ(said.notes.size(), 1U);
@@ -28,7 +28,7 @@ TEST(Subject, TheUserGoesBeforeTheHeader) {
   EXPECT_TRUE(subject_of(scan_of("male", 34), "male").notes.empty());
 }
 
-TEST(Subject, AChildStandsBesideNoAdultsByItsHeaderAlone) {
+TEST(Subject, ChildIsNotComparedWithAdultsByDefault) {
   const Subject alone = subject_of(scan_of("female", 7), "");
   EXPECT_EQ(alone.sex, "");
   ASSERT_EQ(alone.notes.size(), 1U);

@@ -28,7 +28,7 @@ SegmentOptions by_step(double step) {
 
 class TableToleranceOnBodies : public testing::TestWithParam<std::uint64_t> {};
 
-TEST_P(TableToleranceOnBodies, EveryEntryIsWithinItOfTheFinestGrid) {
+TEST_P(TableToleranceOnBodies, EveryEntryStaysWithinItOfTheFinestGrid) {
   PhantomOptions body;
   body.variation = GetParam();
   body.sex = GetParam() % 2 ? Sex::female : Sex::male;
@@ -68,7 +68,7 @@ TEST_P(TableToleranceOnBodies, EveryEntryIsWithinItOfTheFinestGrid) {
 
 INSTANTIATE_TEST_SUITE_P(Drawn, TableToleranceOnBodies, testing::Values(0, 3));
 
-TEST(TableTolerance, OnTheIcrpMaleWhatItsSlicesCannotGiveIsSaid) {
+TEST(TableTolerance, ReportsWhatTheIcrpMalesSlicesCannotGive) {
   const std::string file = test::shared_folder() + "/volumes/icrp_am/AM_hu.nii.gz";
   if (!std::filesystem::exists(file)) GTEST_SKIP() << "needs " << file;
   const auto scan = read_volume(file, {FileQuantity::hu, {}});
@@ -98,7 +98,7 @@ TEST(TableTolerance, ErrorsAreRelativeToTheSegment) {
   EXPECT_EQ(entry_errors(make_table({}, {other}), one)[0].mass, 1);
 }
 
-TEST(TableTolerance, AGridIsJudgedByWhatItDiffersAndByHowFarLandmarksJump) {
+TEST(TableTolerance, JudgesGridsByDifferencesAndLandmarkJumps) {
   InertiaRow row;
   row.part = "thigh_left";
   row.volume = 0.008;  // a cube of 0.2 m
@@ -120,7 +120,7 @@ TEST(TableTolerance, AGridIsJudgedByWhatItDiffersAndByHowFarLandmarksJump) {
   EXPECT_NE(in_words(alone).find("no parts to compare with"), std::string::npos) << in_words(alone);
 }
 
-TEST(TableTolerance, VoxelsThatCannotGiveItAreNamed) {
+TEST(TableTolerance, ReportsVoxelsThatCannotReachIt) {
   InertiaRow row;
   row.part = "hand_left";
   row.volume = 4e-4;
@@ -136,7 +136,7 @@ TEST(TableTolerance, VoxelsThatCannotGiveItAreNamed) {
   EXPECT_NE(said.find("0.5 % of hand_left mass_kg"), std::string::npos) << said;
 }
 
-TEST(TableTolerance, AreReadAsSharesAndPercents) {
+TEST(TableTolerance, IsReadAsFractionOrPercent) {
   EXPECT_DOUBLE_EQ(parse_tolerance("1%").value(), 0.01);
   EXPECT_DOUBLE_EQ(parse_tolerance(" 0.5 %").value(), 0.005);
   EXPECT_DOUBLE_EQ(parse_tolerance("0.02").value(), 0.02);

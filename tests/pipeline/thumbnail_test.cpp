@@ -40,7 +40,7 @@ Grid crooked_grid() {
 
 // A linear function of position survives trilinear interpolation and means over symmetric samples exactly;
 // what is left is the source's rounding to whole HU (0.5) and the byte's step of 10 HU (5).
-TEST(Thumbnail, ShowsEveryPointAtItsPlaceOnACrookedGrid) {
+TEST(Thumbnail, ShowsEveryPointAtItsPlaceOnASkewedGrid) {
   GreyVolume grey;
   grey.grid = crooked_grid();
   LabelMap labels;
@@ -81,7 +81,7 @@ TEST(Thumbnail, ShowsEveryPointAtItsPlaceOnACrookedGrid) {
   }
 }
 
-TEST(Thumbnail, HoldsTheBodyWithItsMarginAndNoMore) {
+TEST(Thumbnail, ContainsOnlyTheBodyWithItsMargin) {
   CapsuleScan scan = capsule_scan(capsule_grid(10));
   const Thumbnail copy = thumbnail(&scan.grey, &scan.labels);
   EXPECT_DOUBLE_EQ(copy.spacing, 10);
@@ -101,7 +101,7 @@ TEST(Thumbnail, HoldsTheBodyWithItsMarginAndNoMore) {
               0.02 * static_cast<double>(in_scan));
 }
 
-TEST(Thumbnail, LabelsAloneAndUnlabelledScansAreShownWhole) {
+TEST(Thumbnail, ShowsLabelsAloneAndUnlabelledScans) {
   CapsuleScan scan = capsule_scan(capsule_grid(20));
   const Thumbnail only_labels = thumbnail(nullptr, &scan.labels);
   EXPECT_TRUE(only_labels.grey.empty());
@@ -115,7 +115,7 @@ TEST(Thumbnail, LabelsAloneAndUnlabelledScansAreShownWhole) {
 
 // The same body labelled on another, shifted grid: the labels lie over the same places of the scan. The
 // tolerance is the share of the copy's body voxels that lie within half a source voxel of a border.
-TEST(Thumbnail, LabelsMayLieOnAGridOfTheirOwn) {
+TEST(Thumbnail, LabelsMayHaveTheirOwnGrid) {
   const CapsuleScan fine = capsule_scan(capsule_grid(8));
   Grid other = capsule_grid(10);
   other.origin += Eigen::Vector3d(3, -2, 4);
@@ -134,7 +134,7 @@ TEST(Thumbnail, LabelsMayLieOnAGridOfTheirOwn) {
   EXPECT_GT(static_cast<double>(same), 0.85 * static_cast<double>(body));
 }
 
-TEST(Thumbnail, ThreadsDoNotChangeIt) {
+TEST(Thumbnail, IsIndependentOfThreads) {
   const CapsuleScan scan = capsule_scan(capsule_grid(15));
   const Thumbnail one = thumbnail(&scan.grey, &scan.labels, 50'000, 1);
   const Thumbnail three = thumbnail(&scan.grey, &scan.labels, 50'000, 3);

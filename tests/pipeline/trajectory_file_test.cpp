@@ -98,7 +98,7 @@ class TrajectoryFile : public ::testing::Test {
   fs::path folder_, path_;
 };
 
-TEST_F(TrajectoryFile, Hdf5GivesEveryNumberBack) {
+TEST_F(TrajectoryFile, Hdf5RoundTripsEveryNumber) {
   const Trajectory t = made_up(5);
   ASSERT_TRUE(write_trajectory(t, "name = \"s\"\n", path_));
   EXPECT_TRUE(is_trajectory(path_));
@@ -153,7 +153,7 @@ TEST_F(TrajectoryFile, Hdf5GivesEveryNumberBack) {
   EXPECT_EQ(r.step_sizes, t.step_sizes);
 }
 
-TEST_F(TrajectoryFile, Hdf5GivesTheCertificateBack) {
+TEST_F(TrajectoryFile, Hdf5RoundTripsTheCertificate) {
   const Trajectory t = made_up(2);
   ASSERT_TRUE(write_trajectory(t, "", path_));
   const auto stored = read_trajectory(path_);
@@ -200,7 +200,7 @@ TEST_F(TrajectoryFile, Hdf5GivesTheCertificateBack) {
   EXPECT_EQ(b.assembly_velocity_coordinate, "hip");
 }
 
-TEST_F(TrajectoryFile, AnotherProgramReadsItByTheStatedLayout) {
+TEST_F(TrajectoryFile, IsReadByAnotherProgramByTheStatedLayout) {
   if (!has_h5py()) GTEST_SKIP() << "needs python3 with h5py and numpy";
   const Trajectory t = made_up(4);
   ASSERT_TRUE(write_trajectory(t, "name = \"s\"\n", path_));
@@ -237,7 +237,7 @@ TEST_F(TrajectoryFile, OrientationsDoNotJumpInSign) {
     EXPECT_NEAR(q->values[12 * i], std::cos(M_PI / 8 * static_cast<double>(i)), 1e-14);
 }
 
-TEST_F(TrajectoryFile, CsvHoldsEveryNumberUnderItsName) {
+TEST_F(TrajectoryFile, CsvContainsEveryNumberUnderItsName) {
   const Trajectory t = made_up(3);
   const fs::path csv = folder_ / "a.csv";
   ASSERT_TRUE(write_trajectory(t, "", csv));
@@ -272,7 +272,7 @@ TEST_F(TrajectoryFile, CsvHoldsEveryNumberUnderItsName) {
   EXPECT_FALSE(std::getline(file, line));
 }
 
-TEST_F(TrajectoryFile, EndingsChooseTheForm) {
+TEST_F(TrajectoryFile, EndingChoosesTheFormat) {
   const auto done = write_trajectory(made_up(1), "", folder_ / "a.xyz");
   ASSERT_FALSE(done);
   EXPECT_EQ(done.error().kind, Error::Kind::use);
@@ -280,7 +280,7 @@ TEST_F(TrajectoryFile, EndingsChooseTheForm) {
   EXPECT_FALSE(write_trajectory(made_up(1), "", folder_ / "none" / "a.h5"));
 }
 
-TEST_F(TrajectoryFile, TruncatedFilesEndInASentence) {
+TEST_F(TrajectoryFile, TruncatedFilesAreRefusedInOneSentence) {
   ASSERT_TRUE(write_trajectory(made_up(5), "", path_));
   std::ifstream file(path_, std::ios::binary);
   const std::string bytes{std::istreambuf_iterator<char>(file), {}};
@@ -293,7 +293,7 @@ TEST_F(TrajectoryFile, TruncatedFilesEndInASentence) {
 }
 
 // HDF5 1.10 crashes and hangs on some of these within its own process.
-TEST_F(TrajectoryFile, DamagedFilesEndInASentenceWithoutACrashOrAHang) {
+TEST_F(TrajectoryFile, DamagedFilesAreRefusedWithoutACrashOrAHang) {
   ASSERT_TRUE(write_trajectory(made_up(5), "", path_));
   std::ifstream file(path_, std::ios::binary);
   const std::string sealed{std::istreambuf_iterator<char>(file), {}};
@@ -340,7 +340,7 @@ TEST_F(TrajectoryFile, DamagedFilesEndInASentenceWithoutACrashOrAHang) {
   EXPECT_LT(refused, 400);  // a number that is another is nobody's fault
 }
 
-TEST_F(TrajectoryFile, AFileThatHangsHdf5IsRefusedAtOnce) {
+TEST_F(TrajectoryFile, FileThatHangsHdf5IsRefusedAtOnce) {
   const fs::path hang = fs::path(test::shared_folder()) / "cases/hang.h5";
   if (!fs::exists(hang)) GTEST_SKIP() << "needs the shared folder's cases";
   const auto from = std::clock();
@@ -351,7 +351,7 @@ TEST_F(TrajectoryFile, AFileThatHangsHdf5IsRefusedAtOnce) {
   EXPECT_LT(static_cast<double>(std::clock() - from) / CLOCKS_PER_SEC, 1);
 }
 
-TEST_F(TrajectoryFile, OddFilesEndInASentenceThatNamesTheArray) {
+TEST_F(TrajectoryFile, OddFilesAreRefusedWithTheArraysName) {
   if (!has_h5py()) GTEST_SKIP() << "needs python3 with h5py and numpy";
   const std::pair<const char*, const char*> edits[] = {
       {"del f['q']", "/q is missing"},

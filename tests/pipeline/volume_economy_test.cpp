@@ -14,7 +14,7 @@
 namespace borelli {
 namespace {
 
-TEST(VolumeEconomy, CoarserVoxelsKeepSumAndPlace) {
+TEST(VolumeEconomy, CoarserVoxelsKeepSumAndPosition) {
   GreyVolume fine;
   fine.grid.size = {8, 6, 5};
   fine.grid.axes << 1, 0.1, 0, 0, 2, 0.2, 0.1, 0, 3;  // sheared
@@ -47,7 +47,7 @@ TEST(VolumeEconomy, CoarserVoxelsKeepSumAndPlace) {
   EXPECT_NEAR(coarse.grid.voxel_volume(), 12 * fine.grid.voxel_volume(), 1e-9);
 }
 
-TEST(VolumeEconomy, TriesVoxelsThatAreCoarserAndDiffer) {
+TEST(VolumeEconomy, TriesDifferentCoarserVoxels) {
   Grid grid;
   grid.size = {300, 300, 100};
   grid.axes.diagonal() << 1.5, 1.5, 5;
@@ -58,7 +58,7 @@ TEST(VolumeEconomy, TriesVoxelsThatAreCoarserAndDiffer) {
   for (std::size_t i = 1; i < tried.size(); ++i) EXPECT_NE(tried[i], tried[i - 1]);
 }
 
-TEST(VolumeEconomy, ErrorsAreThoseOfTablesMadeAlone) {
+TEST(VolumeEconomy, ErrorsEqualThoseOfSeparateTables) {
   GridOptions grid;
   grid.spacing.setConstant(4);
   PhantomOptions body;  // a small one, for the time that it takes
@@ -119,7 +119,7 @@ TEST(VolumeEconomy, ErrorsAreThoseOfTablesMadeAlone) {
     EXPECT_NE(svg(plot).find("</svg>"), std::string::npos);
 }
 
-TEST(VolumeEconomy, WhatIsCoarserThanOneThatFailsIsNoPick) {
+TEST(VolumeEconomy, PicksNothingCoarserThanAFailedTrial) {
   const auto trial = [](double size, double error) {
     return VolumeTrial{
         .of = VolumeTrial::Of::work_grid, .size = size, .errors = {{{.part = "head", .mass = error}}}};
@@ -130,7 +130,7 @@ TEST(VolumeEconomy, WhatIsCoarserThanOneThatFailsIsNoPick) {
   EXPECT_EQ(e.pick(VolumeTrial::Of::work_grid, 0)->size, 3);
 }
 
-TEST(VolumeEconomy, NothingCoarserIsPickedBelowWhatTheReferenceIsKnownTo) {
+TEST(VolumeEconomy, PicksNothingBelowTheReferencesOwnError) {
   const auto trial = [](VolumeTrial::Of of, double size, double error) {
     VolumeTrial made{.of = of, .size = size, .name = fmt::format("{:g} mm", size)};
     made.errors.assign(std::size(parts_choices), {{.part = "head", .mass = error}});
@@ -161,7 +161,7 @@ TEST(VolumeEconomy, NothingCoarserIsPickedBelowWhatTheReferenceIsKnownTo) {
     }
 }
 
-TEST(VolumeEconomy, ATrialWithoutATableIsNoPick) {
+TEST(VolumeEconomy, PicksNoTrialWithoutATable) {
   VolumeEconomy e{.tolerance = 0.1,
                   .trials = {{.of = VolumeTrial::Of::voxels, .size = 8, .reason = "no body"}}};
   EXPECT_EQ(e.pick(VolumeTrial::Of::voxels, 0), nullptr);

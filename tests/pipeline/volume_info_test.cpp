@@ -19,7 +19,7 @@ class VolumeInfo : public ::testing::Test {
   const TestFolder folder_;
 };
 
-TEST_F(VolumeInfo, TellsGridAndLabels) {
+TEST_F(VolumeInfo, DescribesGridAndLabels) {
   LabelMap map;
   map.grid.size = {4, 3, 2};
   map.grid.axes = Eigen::Vector3d(-2, 2, 5).asDiagonal();  // i runs to the Right
@@ -43,7 +43,7 @@ TEST_F(VolumeInfo, TellsGridAndLabels) {
 }
 
 // a grid is told also where the values' meaning is not
-TEST_F(VolumeInfo, TellsTheGridWithoutAQuantity) {
+TEST_F(VolumeInfo, DescribesTheGridWithoutAQuantity) {
   GreyVolume volume;
   volume.grid.size = {4, 4, 4};
   volume.voxels.assign(64, 1050);
@@ -64,7 +64,7 @@ TEST_F(VolumeInfo, TellsTheGridWithoutAQuantity) {
   EXPECT_EQ(run_program("info --json --quantity mr " + file("a.mha")).code, 0);
 }
 
-TEST_F(VolumeInfo, BadUseIsTwoAndDamageIsOne) {
+TEST_F(VolumeInfo, BadUseGivesTwoAndDamageOne) {
   EXPECT_EQ(run_program("info " + file("absent.nii")).code, 2);
   EXPECT_EQ(run_program("info --quantity weight " + file(".")).code, 2);
   std::FILE* f = std::fopen(file("damaged.nii").c_str(), "wb");

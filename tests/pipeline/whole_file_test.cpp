@@ -28,7 +28,7 @@ struct WholeFile : testing::Test {
   }
 };
 
-TEST_F(WholeFile, RoundTripsBytesAndMakesTheFolder) {
+TEST_F(WholeFile, RoundTripsBytesAndCreatesTheFolder) {
   const std::string bytes("a\0b\r\n\xff", 6);
   ASSERT_TRUE(write_whole(folder / "deep" / "file.bin", bytes));
   EXPECT_EQ(read_input_file(folder / "deep" / "file.bin").value(), bytes);
@@ -47,7 +47,7 @@ TEST_F(WholeFile, FailedWriteLeavesTheOldFileAndNothingElse) {
   EXPECT_EQ(files(), 1u);
 }
 
-TEST_F(WholeFile, BytesThatDoNotFitAreNamed) {
+TEST_F(WholeFile, FullDiskIsNamed) {
   // a folder that is a device file: every write to /dev/full answers "no space left on device"
   if (!fs::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
   fs::create_directories(folder);
@@ -60,7 +60,7 @@ TEST_F(WholeFile, BytesThatDoNotFitAreNamed) {
   EXPECT_EQ(files(), 0u);
 }
 
-TEST_F(WholeFile, ErrorsOfTheWriterNameTheFileThatWasAskedFor) {
+TEST_F(WholeFile, WriterErrorsNameTheRequestedFile) {
   const auto done = write_whole(folder / "file.txt", [](const fs::path& beside) -> Result<void> {
     return failure("writer", "cannot open " + beside.string() + " for it");
   });
@@ -68,7 +68,7 @@ TEST_F(WholeFile, ErrorsOfTheWriterNameTheFileThatWasAskedFor) {
   EXPECT_EQ(done.error().what, "cannot open " + (folder / "file.txt").string() + " for it");
 }
 
-TEST_F(WholeFile, PartialFilesOfNowAreRemovedAtTheEnd) {
+TEST_F(WholeFile, RemovesItsPartialFilesAtTheEnd) {
   fs::create_directories(folder);
   std::ofstream(folder / ".partial-0-another") << "not of this process";
   const pid_t writer = fork();
@@ -93,7 +93,7 @@ TEST_F(WholeFile, PartialFilesOfNowAreRemovedAtTheEnd) {
   EXPECT_TRUE(fs::exists(folder / ".partial-0-another"));
 }
 
-TEST_F(WholeFile, WhatAKilledWriterLeftIsSweptAndWhatALivingOneFillsIsNot) {
+TEST_F(WholeFile, SweepsPartialFilesOfDeadWritersOnly) {
   fs::create_directories(folder);
   const auto count_partial = [&] {
     int count = 0;
@@ -136,7 +136,7 @@ TEST_F(WholeFile, WhatAKilledWriterLeftIsSweptAndWhatALivingOneFillsIsNot) {
   }
 }
 
-TEST_F(WholeFile, FilesOfASetComeTogetherOrNotAtAll) {
+TEST_F(WholeFile, WritesASetOfFilesCompletelyOrNotAtAll) {
   const auto fill = [](bool well) {
     return [well](const fs::path& beside) -> Result<void> {
       if (auto done = write_bytes(beside / "a.txt", "a"); !done) return done;
@@ -152,7 +152,7 @@ TEST_F(WholeFile, FilesOfASetComeTogetherOrNotAtAll) {
   EXPECT_EQ(files(), 2u);
 }
 
-TEST_F(WholeFile, ASignalLeavesNoPartialFileOfAnyThread) {
+TEST_F(WholeFile, SignalLeavesNoPartialFileOfAnyThread) {
   fs::create_directories(folder);
   for (int trial = 0; trial < 20; ++trial) {
     const pid_t writer = fork();
@@ -180,7 +180,7 @@ TEST_F(WholeFile, ASignalLeavesNoPartialFileOfAnyThread) {
   }
 }
 
-TEST_F(WholeFile, WhetherAFolderCanBeWrittenIsKnownBefore) {
+TEST_F(WholeFile, ChecksFoldersBeforeWriting) {
   fs::create_directories(folder / "sub");
   std::ofstream(folder / "file") << "";
   EXPECT_TRUE(check_writable(folder / "sub" / "new" / "deep" / "file.txt"));

@@ -65,7 +65,7 @@ double largest_error(const Scene& scene, const WorkPrecisionPoint& p, const std:
   return largest / system.length;
 }
 
-TEST(WorkPrecision, ErrorsAreThoseOfTheClosedForm) {
+TEST(WorkPrecision, ErrorsMatchTheClosedForm) {
   const Scene scene = oscillator();
   const WorkPrecision chart = work_precision(scene, measured_once({"rk4", "verlet"}, 0.02)).value();
   ASSERT_TRUE(chart.reference.found);
@@ -87,7 +87,7 @@ TEST(WorkPrecision, ErrorsAreThoseOfTheClosedForm) {
 }
 
 // The closed form itself as the reference, by a file that a user writes.
-TEST(WorkPrecision, AReferenceMayBeGiven) {
+TEST(WorkPrecision, AcceptsAGivenReference) {
   const TestFolder folder;
   const Scene scene = oscillator();
   const std::string solid = scene.solids[0].name;
@@ -145,7 +145,7 @@ TEST(WorkPrecision, AReferenceMayBeGiven) {
   EXPECT_EQ(run_program(chart_it + " --reference " + (folder / "none.csv").string()).code, 2);
 }
 
-TEST(WorkPrecision, WhatIsNamedTwiceRunsOnceAndATinyBudgetIsRefused) {
+TEST(WorkPrecision, RunsDuplicatesOnceAndRefusesATinyBudget) {
   const TestFolder folder;
   const std::string chart_it =
       "chart " + test::source_folder() + "/samples/pendulum.toml --end 1 --repeats 1 --json -o ";
@@ -164,7 +164,7 @@ TEST(WorkPrecision, WhatIsNamedTwiceRunsOnceAndATinyBudgetIsRefused) {
 }
 
 // What a broken-off chart left is of the reference that it had, not of its file's name.
-TEST(WorkPrecision, StoppedItSaysWhatIsKept) {
+TEST(WorkPrecision, SaysWhatIsKeptWhenStopped) {
   const TestFolder folder;
   // dop853 is through at once; euler's ladder goes on for minutes
   const std::string command = "chart " + test::source_folder() +
@@ -178,7 +178,7 @@ TEST(WorkPrecision, StoppedItSaysWhatIsKept) {
   EXPECT_TRUE(std::filesystem::exists(folder / "chart" / "chart.partial.json"));
 }
 
-TEST(WorkPrecision, AnotherReferenceOrASpoiltFileBeginsAnew) {
+TEST(WorkPrecision, AnotherReferenceOrADamagedFileStartsAgain) {
   const TestFolder folder;
   const std::string sample = test::source_folder() + "/samples/pendulum.toml", reference = folder / "ref.csv";
   const auto refer_to = [&](const std::string& scene) {
@@ -229,7 +229,7 @@ TEST(WorkPrecision, AnotherReferenceOrASpoiltFileBeginsAnew) {
 }
 
 // The same oscillator by another program: its closed form, off by its step squared.
-TEST(WorkPrecision, OtherProgramsAreMeasuredByTheSameErrors) {
+TEST(WorkPrecision, MeasuresOtherProgramsByTheSameErrors) {
   const OtherMethod other{"Other exact", false,
                           [](double step, const std::vector<double>& times,
                              const std::function<bool()>& go_on) -> Result<OtherRun> {
@@ -269,7 +269,7 @@ TEST(WorkPrecision, OtherProgramsAreMeasuredByTheSameErrors) {
   EXPECT_NE(front_table(chart).find("Other exact, step 0.25 s"), std::string::npos);
 }
 
-TEST(WorkPrecision, ImpactsThatAreMissingCount) {
+TEST(WorkPrecision, MissingImpactsCountAsErrors) {
   const std::vector<double> reference{1, 2, 3};
   EXPECT_DOUBLE_EQ(impact_time_error({1, 2.25, 3}, reference, 0, 5), 0.25);
   EXPECT_DOUBLE_EQ(impact_time_error({1, 2}, reference, 0, 5), 1);            // the third is missed
@@ -281,7 +281,7 @@ TEST(WorkPrecision, ImpactsThatAreMissingCount) {
   EXPECT_TRUE(std::isnan(impact_time_error({}, {}, 0, 5)));
 }
 
-TEST(WorkPrecision, ErrorsAndEvaluationsAreTheSameEachTime) {
+TEST(WorkPrecision, ErrorsAndEvaluationsAreReproducible) {
   const Scene scene = read_scene(test::source_folder() + "/samples/double_pendulum.toml").value();
   WorkPrecisionSettings settings;
   settings.methods = {"dop853", "gbs"};
@@ -299,7 +299,7 @@ TEST(WorkPrecision, ErrorsAndEvaluationsAreTheSameEachTime) {
   }
 }
 
-TEST(WorkPrecision, FinerLaddersHoldTheCoarseOnesTolerances) {
+TEST(WorkPrecision, FinerLaddersContainTheCoarseTolerances) {
   const Scene scene = read_scene(test::source_folder() + "/samples/double_pendulum.toml").value();
   WorkPrecisionSettings settings;
   settings.methods = {"gauss16", "rk4"};
@@ -340,7 +340,7 @@ WorkPrecisionPoint made(double seconds, double error, bool trusted = true) {
   return p;
 }
 
-TEST(WorkPrecision, TheFrontHoldsWhatNoOtherBeats) {
+TEST(WorkPrecision, FrontContainsUndominatedRuns) {
   WorkPrecision chart;
   chart.variants = {{"dop853"}};
   chart.reference.found = true;
@@ -367,7 +367,7 @@ TEST(WorkPrecision, TheFrontHoldsWhatNoOtherBeats) {
   EXPECT_EQ(take[8].point, &chart.points[4]);
 }
 
-TEST(WorkPrecision, BeyondChaosNothingIsCompared) {
+TEST(WorkPrecision, ComparesNothingBeyondChaos) {
   Scene scene = read_scene(test::source_folder() + "/samples/pendulum_5.toml").value();
   scene.simulation.end_time = 40;
   const WorkPrecision chart = work_precision(scene, measured_once({"dop853"})).value();
@@ -380,7 +380,7 @@ TEST(WorkPrecision, BeyondChaosNothingIsCompared) {
   EXPECT_LT(best, 1e-6);
 }
 
-TEST(WorkPrecision, WhereReferencesPartEarlyOutputsAreLaidAnew) {
+TEST(WorkPrecision, EarlyDivergenceMovesTheOutputs) {
   Scene scene = read_scene(test::source_folder() + "/samples/pendulum_5.toml").value();
   WorkPrecisionSettings settings = measured_once({"dop853"});
   for (const double end : {200., 600.}) {  // one output or two are left, and not even the first
@@ -399,7 +399,7 @@ TEST(WorkPrecision, WhereReferencesPartEarlyOutputsAreLaidAnew) {
 
 // A swing for a thousand periods: what two methods differ by grows as the square of time, which is no chaos,
 // and over all of it errors that are larger are judged.
-TEST(WorkPrecision, ALongSwingIsNoChaos) {
+TEST(WorkPrecision, LongSwingIsNotChaos) {
   Scene scene = read_scene(test::source_folder() + "/samples/pendulum.toml").value();
   scene.simulation.end_time = 3000;
   const WorkPrecision chart = work_precision(scene, measured_once({"dop853"})).value();
@@ -411,7 +411,7 @@ TEST(WorkPrecision, ALongSwingIsNoChaos) {
 
 // Near the separatrix each turn of the plate multiplies what two runs differ by: 5e-6 after 10 s. Half of
 // that time leaves all accuracies down to 1e-7 to be judged.
-TEST(WorkPrecision, WhereReferencesPartEverFasterLessTimeServesMoreAccuracies) {
+TEST(WorkPrecision, GrowingDivergenceShortensTheComparison) {
   const Scene scene = read_scene(test::source_folder() + "/samples/spinning_plate.toml").value();
   const WorkPrecision chart = work_precision(scene, measured_once({"dop853"})).value();
   ASSERT_TRUE(chart.reference.found);
@@ -423,7 +423,7 @@ TEST(WorkPrecision, WhereReferencesPartEverFasterLessTimeServesMoreAccuracies) {
 
 // Springs of 3e8 N m/rad with dampers of 5e6: no explicit method comes through. The angle that the stiff one
 // gives way by is bounded by what pulls at it, over its stiffness.
-TEST(WorkPrecision, AStiffSceneHasAReferenceOfImplicitMethods) {
+TEST(WorkPrecision, StiffSceneHasAnImplicitReference) {
   const Scene scene = parse_scene(R"(name = "very stiff arm"
 gravity = [0, 0, -9.81]
 [simulation]
@@ -473,7 +473,7 @@ rest = 0.1
     EXPECT_NEAR(stiff.q(Eigen::Index(row), 1), pendulum.q(Eigen::Index(row), 0), 1e-6);
 }
 
-TEST(WorkPrecision, WhereNoMethodComesThroughItSaysThat) {
+TEST(WorkPrecision, SaysIfNoMethodCompletesTheRun) {
   Scene scene = oscillator();
   scene.efforts = {{"spring", CoordinateSpring{{"x"}, -1e6, 0, 0}}};  // runs away as exp(1000 t)
   WorkPrecisionSettings settings;
@@ -485,7 +485,7 @@ TEST(WorkPrecision, WhereNoMethodComesThroughItSaysThat) {
       << chart.reference.words;
 }
 
-TEST(WorkPrecision, AtRestThePageSaysWhyItIsBare) {
+TEST(WorkPrecision, PageAtRestExplainsMissingDrawings) {
   Scene scene = oscillator();
   scene.efforts.clear();
   scene.gravity.setZero();
@@ -504,7 +504,7 @@ TEST(WorkPrecision, AtRestThePageSaysWhyItIsBare) {
 }
 
 // Given to be good to 1e-12, but 0.1 m off; our own two methods know better.
-TEST(WorkPrecision, AGivenReferenceThatCannotBeIsContradicted) {
+TEST(WorkPrecision, ContradictsAWrongReference) {
   const Scene scene = oscillator();
   WorkPrecisionSettings settings = measured_once({"rk4"}, 0.02);
   const auto words = [&](double off) {
@@ -523,7 +523,7 @@ TEST(WorkPrecision, AGivenReferenceThatCannotBeIsContradicted) {
 
 // A ball that falls from 1 m and rebounds with half its speed: times of impacts, momentum between them and
 // energy in closed form. Methods are compared by these, with a given reference, too.
-TEST(WorkPrecision, ContactScenesAreJudgedByTheLawsOfContact) {
+TEST(WorkPrecision, JudgesContactScenesByContactLaws) {
   const Scene scene = read_scene(test::source_folder() + "/samples/bouncing_ball.toml").value();
   WorkPrecisionSettings settings = measured_once({"dop853", "moreau"}, 0.05);
   settings.constraints = {ConstraintTreatment::projection};
@@ -560,7 +560,7 @@ TEST(WorkPrecision, ContactScenesAreJudgedByTheLawsOfContact) {
   EXPECT_TRUE(impacts && momentum) << with_poses.reference.words;
 }
 
-TEST(WorkPrecision, WhatIsOnTheFrontHasItsName) {
+TEST(WorkPrecision, NamesRunsOnTheFront) {
   WorkPrecision chart;
   chart.scene = "x";
   chart.reference.found = true;
@@ -582,7 +582,7 @@ TEST(WorkPrecision, WhatIsOnTheFrontHasItsName) {
   EXPECT_NE(plot.notes[1].find("by number: 1 m0, 2 m1"), std::string::npos) << plot.notes[1];
 }
 
-TEST(WorkPrecision, RunsThatFailStandThereWithTheirReason) {
+TEST(WorkPrecision, ListsFailedRunsWithTheirReason) {
   const Scene scene = read_scene(test::source_folder() + "/samples/painleve_rod.toml").value();
   WorkPrecisionSettings settings = measured_once({"dop853", "rk4"}, 0.1);
   settings.constraints = {ConstraintTreatment::projection};
@@ -599,7 +599,7 @@ TEST(WorkPrecision, RunsThatFailStandThereWithTheirReason) {
 }
 
 // Runs by rk4 with steps of a second grow beyond bounds: they stand at the edge of all drawings of it.
-TEST(WorkPrecision, RunsThatFailCountWhatTheyTook) {
+TEST(WorkPrecision, FailedRunsCountTheirCost) {
   const Scene scene = read_scene(test::source_folder() + "/samples/double_pendulum.toml").value();
   const WorkPrecision chart = work_precision(scene, measured_once({"dop853", "rk4"}, 0.1)).value();
   std::vector<double> failed;
@@ -617,7 +617,7 @@ TEST(WorkPrecision, RunsThatFailCountWhatTheyTook) {
   }
 }
 
-TEST(WorkPrecision, WhatIsKnownIsNotRunAgain) {
+TEST(WorkPrecision, DoesNotRepeatKnownRuns) {
   WorkPrecisionSettings settings = measured_once({"rk4", "dop853"}, 0.02);
   WorkPrecisionObserver observer;
   observer.known = {made(7, 1e-3)};
@@ -634,7 +634,7 @@ TEST(WorkPrecision, WhatIsKnownIsNotRunAgain) {
   EXPECT_GT(chart.points.size(), 5u);
 }
 
-TEST(WorkPrecision, AFileOfItsNumbersHasALinePerRun) {
+TEST(WorkPrecision, CsvHasALinePerRun) {
   WorkPrecision chart;
   chart.scene = "x";
   chart.variants = {{"dop853"}};

@@ -20,7 +20,7 @@ Result<void> tried(const std::function<Result<void>()>& work, double seconds = 2
 
 std::string words(const Result<void>& answer) { return answer ? "done" : answer.error().message(); }
 
-TEST(Child, SharesBytesAndNothingElse) {
+TEST(Child, SharesOnlyItsBytes) {
   auto shared = SharedBytes::make("a file", 5);
   ASSERT_TRUE(shared);
   int own = 1;
@@ -34,7 +34,7 @@ TEST(Child, SharesBytesAndNothingElse) {
   for (const auto byte : shared->bytes()) EXPECT_EQ(byte, std::byte{7});
 }
 
-TEST(Child, HandsErrorsOn) {
+TEST(Child, PassesErrorsOn) {
   const auto use = tried([] { return Result<void>(bad_use("place", "wrong")); });
   ASSERT_FALSE(use);
   EXPECT_EQ(use.error().kind, Error::Kind::use);
@@ -45,7 +45,7 @@ TEST(Child, HandsErrorsOn) {
   EXPECT_EQ(failed.error().what.size(), 100000U);
 }
 
-TEST(Child, NamesHowItEnded) {
+TEST(Child, NamesItsEnd) {
   EXPECT_EQ(words(tried([]() -> Result<void> {
               raise(SIGSEGV);
               return {};
@@ -56,7 +56,7 @@ TEST(Child, NamesHowItEnded) {
             "a file: unpacking it failed");
 }
 
-TEST(Child, IsEndedWhenItsTimeIsOver) {
+TEST(Child, IsEndedAtItsTimeLimit) {
   const auto start = std::chrono::steady_clock::now();
   const auto answer = tried(
       []() -> Result<void> {
@@ -67,7 +67,7 @@ TEST(Child, IsEndedWhenItsTimeIsOver) {
   EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(10));
 }
 
-TEST(Child, IsEndedWhenItHasUsedItsShareOfTheProcessor) {
+TEST(Child, IsEndedAtItsProcessorTimeLimit) {
   ChildLimits limits{.seconds = 20, .processor_seconds = 0.2};
   EXPECT_EQ(words(in_child("a file", "unpacking it", limits,
                            []() -> Result<void> {
@@ -82,7 +82,7 @@ TEST(Child, IsEndedWhenItHasUsedItsShareOfTheProcessor) {
             "done");
 }
 
-TEST(Child, IsRefusedMoreMemoryThanAllowed) {
+TEST(Child, IsRefusedMemoryBeyondItsLimit) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "a sanitizer's shadow memory leaves no room for a limit";
 #endif
@@ -93,7 +93,7 @@ TEST(Child, IsRefusedMoreMemoryThanAllowed) {
   EXPECT_EQ(words(answer), "a file: unpacking it took more than 256 MiB of memory");
 }
 
-TEST(Child, AnyThreadMayHaveOne) {
+TEST(Child, WorksFromAnyThread) {
   std::vector<std::string> answers(4);
   {
     std::vector<std::jthread> team;

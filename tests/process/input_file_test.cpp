@@ -23,7 +23,7 @@ class InputFile : public ::testing::Test {
   fs::path folder_ = fs::temp_directory_path() / ("borelli-input-" + std::to_string(getpid()));
 };
 
-TEST_F(InputFile, BytesAreTheFiles) {
+TEST_F(InputFile, GivesTheFilesBytes) {
   const std::string bytes("a\0b\r\n\xff", 6);
   std::ofstream(folder_ / "a", std::ios::binary) << bytes;
   EXPECT_EQ(read_input_file(folder_ / "a").value(), bytes);
@@ -32,7 +32,7 @@ TEST_F(InputFile, BytesAreTheFiles) {
 }
 
 // each at once: nobody writes to the pipe, and the devices have no end
-TEST_F(InputFile, PipesDevicesFoldersAndLargeFilesAreRefused) {
+TEST_F(InputFile, RefusesPipesDevicesFoldersAndLargeFiles) {
   ASSERT_EQ(mkfifo((folder_ / "pipe").c_str(), 0600), 0);
   fs::create_symlink("/dev/zero", folder_ / "zero");
   std::ofstream(folder_ / "large") << std::string(101, 'x');

@@ -8,14 +8,14 @@
 namespace borelli {
 namespace {
 
-TEST(Memory, FreeIsPartOfWhatTheMachineHas) {
+TEST(Memory, FreeMemoryIsBelowTheMachines) {
   struct sysinfo machine {};
   ASSERT_EQ(sysinfo(&machine), 0);
   EXPECT_GT(free_memory(), 1U << 20);
   EXPECT_LE(free_memory(), machine.totalram * machine.mem_unit);
 }
 
-TEST(Memory, WhatFitsIsAdmittedAndTheRestNamed) {
+TEST(Memory, AdmitsWhatFitsAndNamesTheRest) {
   const std::uint64_t before = memory_limit();
   set_memory_limit(std::uint64_t{8} << 30);
   EXPECT_TRUE(admit_memory("scan.nii", "its grid", 1e9));
@@ -29,7 +29,7 @@ TEST(Memory, WhatFitsIsAdmittedAndTheRestNamed) {
   set_memory_limit(before);
 }
 
-TEST(Memory, SizesAsAUserWritesThem) {
+TEST(Memory, ReadsSizesAsUsersWriteThem) {
   EXPECT_EQ(bytes_from("4G"), 4'000'000'000U);
   EXPECT_EQ(bytes_from("1.5 GiB"), std::uint64_t{3} << 29);
   EXPECT_EQ(bytes_from("500mb"), 500'000'000U);
@@ -39,7 +39,7 @@ TEST(Memory, SizesAsAUserWritesThem) {
     EXPECT_FALSE(bytes_from(none)) << none;
 }
 
-TEST(Memory, WhatIsInUseCounts) {
+TEST(Memory, CountsMemoryInUse) {
   const std::uint64_t before = memory_limit();
   set_memory_limit(std::uint64_t{200} << 20);
   EXPECT_TRUE(admit_memory("", "as much", 120e6));

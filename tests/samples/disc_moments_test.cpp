@@ -58,7 +58,7 @@ TEST(DiscMoments, PolygonInsideTheDisc) {
   expect_near(m, expected, rounding);
 }
 
-TEST(DiscMoments, CutsThatLeaveNothingOrRepeatThemselves) {
+TEST(DiscMoments, HandlesEmptyAndRepeatedCuts) {
   expect_near(moments({{{1, 0}, -0.2}, {{-1, 0}, 0.1}}), PlaneMoments::Zero(), rounding);
   const HalfPlane cut{Vector2d(0.6, 0.8), 0.3};
   expect_near(moments({cut, cut, {cut.normal, 0.5}}), moments({cut}), rounding);
@@ -66,7 +66,7 @@ TEST(DiscMoments, CutsThatLeaveNothingOrRepeatThemselves) {
 
 // Any cuts: against integration over y of what each line y = const keeps, by the midpoint rule. The rule's
 // error with n lines is of order n^-3/2 here (square roots at the ends): 1e-7 for 100 000 lines.
-TEST(DiscMoments, AnyCutsAgainstStripes) {
+TEST(DiscMoments, AnyCutsMatchStripIntegration) {
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> uniform(-1, 1);
   for (int trial = 0; trial < 20; ++trial) {

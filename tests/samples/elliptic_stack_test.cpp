@@ -45,7 +45,7 @@ TEST(EllipticStack, EllipsoidInAnyPose) {
             quadrature * 100);  // (centre / size)^2
 }
 
-TEST(EllipticStack, CapsuleIsACylinderWithTwoHalfBalls) {
+TEST(EllipticStack, CapsuleEqualsACylinderWithTwoHalfBalls) {
   const double r = 13, l = 90;
   const Vector3d from(5, 8, -3), along = skewed().col(2);
   const Shape found(capsule(from, from + l * along, r).moments());
@@ -100,7 +100,7 @@ TEST(EllipticStack, EllipsoidCutByAPlane) {
   }
 }
 
-TEST(EllipticStack, TwoSidesOfACutMakeTheWhole) {
+TEST(EllipticStack, TwoSidesOfACutAddUpToTheWhole) {
   const EllipticStack limb(
       {skewed(), {100, 20, 700}},
       {{-200, 0, 0, 40, 45}, {-120, 3, -2, 50, 52}, {-30, 0, 5, 44, 46}, {60, -4, 0, 60, 50}}, 30, 45);
@@ -138,7 +138,7 @@ TEST(EllipticStack, HollowedMovedScaledAndMirrored) {
 }
 
 // An ellipsoid's inside at a depth is what lies that far from its wall measured along the axes.
-TEST(EllipticStack, ShrunkLiesWithin) {
+TEST(EllipticStack, ShrunkStackLiesWithin) {
   const Shape found(ellipsoid({3, 4, 5}, {40, 50, 60}).shrunk(6).moments());
   EXPECT_NEAR(found.volume, 4 * pi / 3 * 34 * 44 * 54, 1e-9 * found.volume);
   const EllipticStack limb({}, {{-90, 0, 0, 40, 45}, {0, 2, 3, 30, 31}, {80, 0, 0, 35, 30}}, 0, 20);
@@ -152,7 +152,7 @@ TEST(EllipticStack, ShrunkLiesWithin) {
 }
 
 // The sections given are met, and nothing overshoots between them.
-TEST(EllipticStack, SectionsRunMonotoneThroughTheirKnots) {
+TEST(EllipticStack, SectionsAreMonotoneThroughTheirKnots) {
   const std::vector<Section> knots{
       {0, 0, 0, 40, 20}, {10, 0, 5, 40, 30}, {30, 0, 5, 70, 25}, {35, 0, 0, 60, 25}};
   const EllipticStack stack({}, knots);

@@ -101,7 +101,7 @@ std::vector<PhantomOptions> options_of_hard_bodies() {
 }
 
 // What a part shares with others, against counting a grid's points that two roots hold.
-TEST(Phantom, OverlapIsTheShareOfAPartThatAnotherLimbHolds) {
+TEST(Phantom, OverlapIsTheShareWithinAnotherLimb) {
   PhantomOptions options;
   options.variation = 306;
   for (const double share : built(options).overlap) EXPECT_EQ(share, 0);
@@ -182,7 +182,7 @@ TEST(Phantom, TouchingLimbsAreCountedOnce) {
 }
 
 // The same seed gives the same body, another one another; and no single scale makes one of the other.
-TEST(Phantom, VariationDrawsEachMeasureForItself) {
+TEST(Phantom, VariationDrawsEachMeasureIndependently) {
   const Phantom one = built({.variation = 1}), again = built({.variation = 1}),
                 other = built({.variation = 2});
   const auto length = [](const Phantom& phantom, const std::string& from, const std::string& to) {
@@ -213,7 +213,7 @@ TEST(Phantom, FramesAreOrthonormal) {
     }
 }
 
-TEST(Phantom, SegmentsAddUpToTheWholeAndToTheAskedMass) {
+TEST(Phantom, SegmentsAddUpToTheRequestedMass) {
   for (const double mass : {66.0, 73.0, 88.0}) {
     const Phantom phantom = built({.stature_m = 1.80, .mass_kg = mass});
     Inertial sum;
@@ -285,7 +285,7 @@ class Membership {
 // Each integral must agree within five of its own standard errors, estimated from 32 independent shifts of
 // the points (by chance one of the 160 numbers would miss in 1 of 300 runs; the seed is fixed). The error of
 // the mass must itself be small, or the comparison would say nothing.
-TEST(Phantom, ExactTableIsTheIntegralOfWhatHoldsEachPoint) {
+TEST(Phantom, ExactTableIntegratesTheInnermostSolids) {
   const Phantom& phantom = standing_male();
   std::mt19937_64 random(11);
   std::uniform_real_distribution<double> uniform(0, 1);
@@ -311,7 +311,7 @@ TEST(Phantom, ExactTableIsTheIntegralOfWhatHoldsEachPoint) {
   }
 }
 
-TEST(Phantom, DensitiesAreTheCurvesAtTheCtNumbers) {
+TEST(Phantom, DensitiesFollowTheCurve) {
   for (const auto& curve : density_curves()) {
     const Phantom phantom = built({.mass_kg = 75, .density_curve = curve.name});
     for (const PhantomSolid& solid : phantom.solids) ASSERT_EQ(solid.density_kgm3, curve.at(solid.tissue.hu));
@@ -331,7 +331,7 @@ double drop(const Phantom& phantom, const std::string& from, const std::string& 
 // De Leva's mean lengths (his Table 4) do not add up to his mean stature with an ankle 6 cm high: the axial
 // ones are shortened alike, by 1.9 % in the male. Masses: the flesh was made to come within 0.1 points of his
 // shares.
-TEST(Phantom, IsOfDeLevasLengthsAndShares) {
+TEST(Phantom, HasDeLevasLengthsAndShares) {
   for (const Sex sex : {Sex::male, Sex::female}) {
     const Phantom phantom = built({.sex = sex});
     const std::string name = sex == Sex::male ? "male" : "female";
@@ -388,7 +388,7 @@ TEST(Phantom, StatureScalesAllLengthsAlike) {
 }
 
 // Limbs only: the liver lies on the right.
-TEST(Phantom, MirroredLimbsAreTheSame) {
+TEST(Phantom, MirroredLimbsAreEqual) {
   const Phantom& phantom = standing_male();
   const Matrix3d mirror = Vector3d(-1, 1, 1).asDiagonal();
   for (const char* segment : {"upper_arm", "forearm", "hand", "thigh", "shank", "foot"}) {
@@ -412,7 +412,7 @@ const EllipticStack& shape_of(const Phantom& phantom, const std::string& name) {
   return phantom.solids.front().shape;
 }
 
-TEST(Phantom, JointCentresAreThoseOfTheBones) {
+TEST(Phantom, JointCentresMatchTheBones) {
   for (const Phantom& phantom : bodies()) {
     const auto at = [&](const std::string& name) { return phantom.landmarks.at(name); };
     for (const std::string side : {"left", "right"}) {
@@ -514,7 +514,7 @@ Vector3d turned(const Vector3d& point, const Vector3d& centre, const Vector3d& a
 
 // A bent hinge turns all that is beyond it about the line through its epicondyles; flexing the knee takes the
 // ankle back, flexing the elbow takes the wrist forward.
-TEST(Phantom, PoseTurnsWhatLiesBeyondTheJoint) {
+TEST(Phantom, PoseRotatesThePartsBeyondTheJoint) {
   const Phantom& straight = standing_male();
   const Phantom bent = built({.pose_deg = {{"knee_left_flexion", 50}, {"elbow_right_flexion", 70}}});
   const auto from = [&](const std::string& name) { return straight.landmarks.at(name).point; };
@@ -545,7 +545,7 @@ TEST(Phantom, PoseTurnsWhatLiesBeyondTheJoint) {
             build);
 }
 
-TEST(Phantom, WhatItCannotBeIsRefusedWithTheReason) {
+TEST(Phantom, RefusesImpossibleBodiesWithTheReason) {
   const auto message = [](const PhantomOptions& options) {
     const auto phantom = build_phantom(options);
     return phantom ? std::string("built") : phantom.error().message();
@@ -565,7 +565,7 @@ TEST(Phantom, WhatItCannotBeIsRefusedWithTheReason) {
 }
 
 // What a body of one stature can weigh does not depend on what was asked for, and both ends can be had.
-TEST(Phantom, TellsTheSameMassRangeWhateverMassIsAsked) {
+TEST(Phantom, MassRangeIsIndependentOfTheRequestedMass) {
   std::string told;
   double least = 0, most = 0;
   for (const double mass : {1e-9, 20., 40., 170., 400., 1e9}) {

@@ -82,7 +82,7 @@ Errors errors_over_grids(int part, double spacing, int grids, bool turned) {
 // order h^2 (Kendall 1948). The slope is that of the geometric mean over the sixteen parts from 4 to 2 mm;
 // its own standard error is about 0.1 (20 grids give an rms to 16 %, sixteen parts their mean to 4 %, at each
 // end).
-TEST(PhantomVoxels, OwnLabelsGiveTheExactTableWithinErrorsThatFallAsTheSquareOfSpacing) {
+TEST(PhantomVoxels, TableFromLabelsConvergesWithTheSquareOfSpacing) {
   std::array<Eigen::Array3d, 3> mean{};
   for (Eigen::Array3d& m : mean) m.setZero();
   for (std::size_t part = 1; part < parts.size(); ++part) {
@@ -109,7 +109,7 @@ TEST(PhantomVoxels, OwnLabelsGiveTheExactTableWithinErrorsThatFallAsTheSquareOfS
 // On grids along the body's axes the trunk's flat cuts are met by whole layers of voxels or by none: the
 // error is that of the layer, h / sqrt(12) rms at each of its two ends if the ends' offsets were independent
 // (they are not: the length is fixed, so the rms is at most h/2 of the length). Reported, not small.
-TEST(PhantomVoxels, AlignedFlatCutsErrByALayer) {
+TEST(PhantomVoxels, AlignedFlatCutsAreWrongByALayer) {
   for (const char* name : {"upper_trunk", "middle_trunk"}) {
     const int part = part_label(name);
     const bool upper = part == part_label("upper_trunk");
@@ -150,7 +150,7 @@ TEST(PhantomVoxels, AnyGridGivesTheSameBody) {
   }
 }
 
-TEST(PhantomVoxels, VoxelsAreWhatHoldsTheirCentre) {
+TEST(PhantomVoxels, VoxelsShowTheSolidAtTheirCentre) {
   const Phantom& phantom = standing_male();
   for (const Vector3d& rotation : {Vector3d(0, 0, 0), Vector3d(10, 20, -30)}) {
     GridOptions options;
@@ -175,7 +175,7 @@ TEST(PhantomVoxels, VoxelsAreWhatHoldsTheirCentre) {
   }
 }
 
-TEST(PhantomVoxels, SameSeedSameBytesOnAnyThreads) {
+TEST(PhantomVoxels, SameSeedGivesTheSameBytesOnAnyThreads) {
   const Phantom arm = only(standing_male(), part_label("forearm_left"));
   const Grid grid = phantom_grid(arm, {});
   const auto scan = [&](std::uint64_t seed, int threads) {
@@ -318,7 +318,7 @@ TEST(PhantomVoxels, TableLiesUnderTheBodyAndTouchesItNowhere) {
   }
 }
 
-TEST(PhantomVoxels, ScansOfNumbersThatAreNoneOrOutOfRangeAreRefusedByName) {
+TEST(PhantomVoxels, RefusesInvalidNumbersByName) {
   const double nan = std::nan(""), inf = INFINITY;
   EXPECT_TRUE(check_scan({}, {}));
   for (const double bad : {nan, inf, -inf}) {
@@ -368,7 +368,7 @@ TEST(PhantomVoxels, CroppedScanIsPartOfTheWhole) {
 
 // Beyond the field of view nothing is known; within it all is as before. A blanket lies on the body and
 // belongs to nothing; streaks leave slices without metal as they are.
-TEST(PhantomVoxels, FieldOfViewBlanketAndStreaksChangeWhatTheyShould) {
+TEST(PhantomVoxels, FieldOfViewBlanketAndStreaksHaveTheirEffect) {
   const auto phantom = build_phantom({.metal_hip = "left"});
   GridOptions options;
   options.spacing = {5, 5, 5};

@@ -11,7 +11,7 @@
 namespace borelli {
 namespace {
 
-TEST(AbsentParts, ImplyWhatHangsOnThem) {
+TEST(AbsentParts, IncludePartsBeyondThem) {
   const auto absent = parse_absent("thigh_left, hand_right");
   ASSERT_TRUE(absent) << absent.error().message();
   std::set<std::string> names;
@@ -153,7 +153,7 @@ TEST_F(OneSided, OneArmIsFoundWithoutTheOther) {
   }
 }
 
-TEST_F(OneSided, LandmarkOfWhatIsAbsentIsRefused) {
+TEST_F(OneSided, RefusesLandmarksOfAbsentParts) {
   SegmentOptions options;
   options.absent = *parse_absent("shank_left");
   options.given["knee_left"] = body_->landmarks.at("knee_left");

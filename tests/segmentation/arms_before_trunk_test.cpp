@@ -70,7 +70,7 @@ void expect_own_trunk(const Scanned& of) {
 }
 
 // Each was once found wrong: an iliac spine on the forearm, 190 to 270 mm off.
-TEST(ArmsBeforeTrunk, AForearmIsNoIliacCrest) {
+TEST(ArmsBeforeTrunk, ForearmIsNotTakenForAnIliacCrest) {
   for (const auto& options :
        {body_with(std::nullopt, {15, 65, 90}, {10, 65, 85}), body_with(62, {20, 65, 85}, {15, 60, 80})}) {
     SCOPED_TRACE(options.variation.value_or(0));
@@ -79,13 +79,13 @@ TEST(ArmsBeforeTrunk, AForearmIsNoIliacCrest) {
 }
 
 // The dent between the hands was once taken for the navel, 63 mm off.
-TEST(ArmsBeforeTrunk, AHandOnTheBellyHasNoNavel) {
+TEST(ArmsBeforeTrunk, HandOnTheBellyHasNoNavel) {
   expect_own_trunk(scanned(body_with(32, {35, 60, 95}, {20, 65, 90})));
 }
 
 // On a hand that lies on the other forearm the way over to that one's bones was once shorter than its own: a
 // wrist 84 mm off, the hand half as large again, the other all but lost.
-TEST(ArmsBeforeTrunk, HandsKeepTheirOwnBonesWhereTheyTouch) {
+TEST(ArmsBeforeTrunk, TouchingHandsKeepTheirOwnBones) {
   const Phantom body = *build_phantom(body_with(24, {35, 60, 95}, {20, 65, 90}));
   GridOptions grid;
   grid.spacing = Vector3d::Constant(3);
@@ -105,7 +105,7 @@ TEST(ArmsBeforeTrunk, HandsKeepTheirOwnBonesWhereTheyTouch) {
 }
 
 // A spur of bone before one spine: the two do not mirror each other, and nothing tells which is right.
-TEST(ArmsBeforeTrunk, SpinesThatDifferAreDoubted) {
+TEST(ArmsBeforeTrunk, DoubtsIliacSpinesThatDiffer) {
   Scanned of = scanned({}, 4);
   const Vector3d spine = of.body.landmarks.at("asis_left").point;
   constexpr double length = 45, radius = 7;  // mm

@@ -48,7 +48,7 @@ class BodyMask : public ::testing::Test {
   WorkVolume scan_;
 };
 
-TEST_F(BodyMask, TableGoesEvenWhereItTouchesTheBack) {
+TEST_F(BodyMask, RemovesATableThatTouchesTheBack) {
   const auto table = [](const Vector3d& p) { return p[1] > 79 && p[1] < 86; };
   const auto clear_table = [&](const Vector3d& p) { return table(p) && std::abs(p[0]) > 50; };
   paint(-100, table);
@@ -57,7 +57,7 @@ TEST_F(BodyMask, TableGoesEvenWhereItTouchesTheBack) {
   EXPECT_EQ(share(body, [](const Vector3d& p) { return std::hypot(p[0], p[1]) < 76 && p[2] > 24; }), 1);
 }
 
-TEST_F(BodyMask, EarsAndFingersStay) {
+TEST_F(BodyMask, KeepsEarsAndFingers) {
   const auto ear = [](const Vector3d& p) {
     return p[0] > 75 && p[0] < 105 && std::abs(p[1]) < 4 && p[2] > 100 && p[2] < 160;
   };
@@ -71,7 +71,7 @@ TEST_F(BodyMask, EarsAndFingersStay) {
   EXPECT_EQ(share(body, finger), 1);
 }
 
-TEST_F(BodyMask, FingerPartedFromTheBodyStaysAndThingsBesideItGo) {
+TEST_F(BodyMask, KeepsASeparateFingerAndRemovesObjects) {
   // rods along z, 16 mm thick, 7 mm off the torso: of flesh with a bone in it, of flesh alone, of dense stuff
   const auto rod = [](double x, double y, double r) {
     return [=](const Vector3d& p) { return std::hypot(p[0] - x, p[1] - y) < r && std::abs(p[2] - 120) < 22; };
@@ -90,7 +90,7 @@ TEST_F(BodyMask, FingerPartedFromTheBodyStaysAndThingsBesideItGo) {
   EXPECT_EQ(share(body_mask(scan_), far), 0);
 }
 
-TEST_F(BodyMask, LungsAndGutAreFilledAlsoThroughTheMouthAndAtTheScansEnd) {
+TEST_F(BodyMask, FillsLungsAndGutEvenIfOpen) {
   const auto lung = [](const Vector3d& p) { return (p - Vector3d(30, 0, 110)).norm() < 35; };
   const auto windpipe = [](const Vector3d& p) { return std::hypot(p[1], p[2] - 110) < 6 && p[0] > 30; };
   const auto cut_lung = [](const Vector3d& p) { return (p - Vector3d(-40, 0, 207)).norm() < 30; };
@@ -102,7 +102,7 @@ TEST_F(BodyMask, LungsAndGutAreFilledAlsoThroughTheMouthAndAtTheScansEnd) {
   EXPECT_EQ(share(body, cut_lung), 1);
 }
 
-TEST_F(BodyMask, CreviceBetweenSkinAndSkinStaysOpen) {
+TEST_F(BodyMask, KeepsGapsBetweenSkinsOpen) {
   // an arm beside the torso that touches it along two lines only
   paint(40, [](const Vector3d& p) { return std::hypot(p[0] - 112, p[1]) < 30 && p[2] > 20; });
   paint(40, [](const Vector3d& p) {
@@ -115,7 +115,7 @@ TEST_F(BodyMask, CreviceBetweenSkinAndSkinStaysOpen) {
   EXPECT_LT(share(body_mask(scan_), crevice), 0.05) << "the open end lets the outside air in";
 }
 
-TEST_F(BodyMask, AirAloneHoldsNoBody) {
+TEST_F(BodyMask, AirAloneGivesNoBody) {
   for (auto& v : scan_.hu.voxels) v = -1000;
   EXPECT_EQ(share(body_mask(scan_), [](const Vector3d&) { return true; }), 0);
 }

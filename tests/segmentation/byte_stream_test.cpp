@@ -23,7 +23,7 @@ std::vector<char> packed(const ScratchFolder& folder, const std::vector<char>& p
 
 // Four kilobytes follow the promised voxels; the checksum after them is wrong. gzip itself refuses such a
 // file.
-TEST(ByteStream, ChecksumAfterMoreThanThePromisedBytesIsCompared) {
+TEST(ByteStream, ChecksTheChecksumAfterSurplusBytes) {
   ScratchFolder folder;
   const GreyVolume volume = noise_volume(oblique_grid(false, 0), Quantity::hu);
   ASSERT_TRUE(write_volume(folder / "plain.nii", volume));
@@ -82,7 +82,7 @@ std::vector<char> unpacked(const std::string& path, std::size_t piece, std::stri
   }
 }
 
-TEST(ByteStream, StreamsOfAnotherPackerAreReadWhole) {
+TEST(ByteStream, ReadsStreamsOfOtherCompressors) {
   ScratchFolder folder;
   std::mt19937 random(5);
   std::vector<char> plain(400000);  // packed, more than one block of the file that is read at once
@@ -125,7 +125,7 @@ TEST(ByteStream, StreamsOfAnotherPackerAreReadWhole) {
 }
 
 // The second member's header lies on the edge of what is read of the file at once, at each of its bytes.
-TEST(ByteStream, HeadersOnTheEdgeOfABlockAreReadWhole) {
+TEST(ByteStream, ReadsHeadersAcrossBlockEdges) {
   ScratchFolder folder;
   constexpr std::size_t edge = ByteSource::block;
   constexpr int gzip = 15 + 16;
@@ -146,7 +146,7 @@ TEST(ByteStream, HeadersOnTheEdgeOfABlockAreReadWhole) {
   }
 }
 
-TEST(ByteStream, WhatFollowsAZlibStreamIsNoMember) {
+TEST(ByteStream, BytesAfterAZlibStreamAreNoMember) {
   ScratchFolder folder;
   const std::vector<char> plain(3000, 'a');
   for (const std::string& rest :
@@ -161,7 +161,7 @@ TEST(ByteStream, WhatFollowsAZlibStreamIsNoMember) {
 }
 
 // One flipped bit in each byte of the compressed stream.
-TEST(ByteStream, NoFlippedBitChangesVoxelsUnseen) {
+TEST(ByteStream, NoFlippedBitGoesUnnoticed) {
   for (const std::string name : {"a.nii.gz", "a.nrrd", "a.mha"}) {
     ScratchFolder folder;
     const GreyVolume volume = noise_volume(oblique_grid(false, 0), Quantity::hu);

@@ -67,7 +67,7 @@ class ClassFile : public ::testing::Test {
 };
 
 // Every class of the published list under its number and name, and every voxel.
-TEST_F(ClassFile, TotalSegmentatorsNamesAndNumbers) {
+TEST_F(ClassFile, ReadsTotalSegmentatorsNamesAndNumbers) {
   const auto read = read_numbered_labels(write("2"));
   ASSERT_TRUE(read) << read.error().message();
   const auto mapping = class_mapping("totalsegmentator");
@@ -93,7 +93,7 @@ TEST_F(ClassFile, TotalSegmentatorsNamesAndNumbers) {
 }
 
 // The same classes under the numbers of version 1 are told by their names; without names numbers count.
-TEST_F(ClassFile, NamesInTheHeaderCountMoreThanNumbers) {
+TEST_F(ClassFile, NamesInTheHeaderOverrideNumbers) {
   const auto two = read_classes(write("2"), "", "totalsegmentator");
   ASSERT_TRUE(two) << two.error().message();
   const auto bare = read_classes(write("2", " --no-names"), "", "totalsegmentator");
@@ -117,7 +117,7 @@ TEST_F(ClassFile, NamesInTheHeaderCountMoreThanNumbers) {
   EXPECT_GT(bones, 10000U);
 }
 
-TEST_F(ClassFile, PartsByTotalSegmentatorsClasses) {
+TEST_F(ClassFile, TotalSegmentatorsClassesGiveParts) {
   const auto classes = read_classes(write("2"), "", "totalsegmentator");
   ASSERT_TRUE(classes) << classes.error().message();
   EXPECT_TRUE(classes->warnings.empty()) << classes->warnings.front();
@@ -145,7 +145,7 @@ TEST_F(ClassFile, PartsByTotalSegmentatorsClasses) {
 
 // Numbers without names are read by the version whose classes lie where a body has them, whichever is asked
 // for; each voxel's rule is that of its name.
-TEST_F(ClassFile, NumbersWithoutNamesAreReadByTheVersionThatFits) {
+TEST_F(ClassFile, NumbersWithoutNamesUseTheFittingVersion) {
   const auto count = [](const ClassLabels& one, const ClassLabels& other) {
     std::size_t differ = 0;
     for (std::size_t o = 0; o < one.labels.voxels.size(); ++o) {
@@ -179,7 +179,7 @@ TEST_F(ClassFile, NumbersWithoutNamesAreReadByTheVersionThatFits) {
 }
 
 // An MR of the phantom (fat bright, cortex and air dark) with TotalSegmentator's classes for MR has parts.
-TEST_F(ClassFile, PartsOfAnMrByItsClasses) {
+TEST_F(ClassFile, ClassesGivePartsOfAnMr) {
   Phantom drawn = body_;
   for (PhantomSolid& solid : drawn.solids) {
     const std::string_view name = solid.tissue.name;
@@ -219,7 +219,7 @@ TEST_F(ClassFile, PartsOfAnMrByItsClasses) {
 }
 
 // Numbers of no known table: drawn anew, they fit none.
-TEST_F(ClassFile, NumbersThatFitNoTableAreRefused) {
+TEST_F(ClassFile, RefusesNumbersThatFitNoTable) {
   auto labels = read_numbered_labels(write("2", " --no-names"));
   ASSERT_TRUE(labels);
   const auto places = places_of(*labels, nullptr);
@@ -240,7 +240,7 @@ TEST_F(ClassFile, NumbersThatFitNoTableAreRefused) {
 }
 
 // A header that mirrors the body or turns it over is told of elsewhere; its classes keep their names.
-TEST_F(ClassFile, AMirroredHeaderChangesNoMapping) {
+TEST_F(ClassFile, MirroredHeaderChangesNoMapping) {
   auto labels = read_numbered_labels(write("2", " --no-names"));
   ASSERT_TRUE(labels);
   for (const int axis : {0, 1, 2}) {
@@ -252,7 +252,7 @@ TEST_F(ClassFile, AMirroredHeaderChangesNoMapping) {
 }
 
 // The folder of masks that TotalSegmentator leaves by default tells the same as its one file with names.
-TEST_F(ClassFile, AFolderOfMasksIsTheSameLabelMap) {
+TEST_F(ClassFile, FolderOfMasksGivesTheSameLabelMap) {
   const auto whole = read_numbered_labels(write("2"));
   ASSERT_TRUE(whole);
   const std::string masks = folder_ / "masks";
@@ -302,7 +302,7 @@ TEST_F(ClassFile, AFolderOfMasksIsTheSameLabelMap) {
 }
 
 // A table of names that is cut short is refused, not taken for a map without names.
-TEST_F(ClassFile, DamagedNamesAreRefused) {
+TEST_F(ClassFile, RefusesDamagedNames) {
   const std::string file = write("2"), plain = folder_ / "plain.nii";
   ASSERT_EQ(std::system(("gunzip -c " + file + " > " + plain).c_str()), 0);
   auto bytes = file_bytes(plain);

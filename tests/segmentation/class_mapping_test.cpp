@@ -23,7 +23,7 @@ Result<ClassMapping> mapping_of(const std::string& name, const std::string& text
   return class_mapping(folder / name);
 }
 
-TEST(ClassMapping, TableAndJsonSayTheSame) {
+TEST(ClassMapping, TableAndJsonAgree) {
   const auto table = mapping_of(
       "m.tsv",
       "# mine\nlabel\tname\tpart\ttissue\r\n7\tThigh bone (L)\tthigh_left\tbone\r\n8\tarms\tarm\t\r\n"
@@ -48,7 +48,7 @@ TEST(ClassMapping, TableAndJsonSayTheSame) {
   EXPECT_NE(json->find(10, "heart"), nullptr);  // which it has no name for
 }
 
-TEST(ClassMapping, WhatIsWrongIsToldWithItsLine) {
+TEST(ClassMapping, ReportsErrorsWithTheirLine) {
   const auto expect = [](const std::string& name, const std::string& text, const std::string& said) {
     const auto read = mapping_of(name, text);
     ASSERT_FALSE(read) << text;

@@ -78,7 +78,7 @@ ClassLabels bones_of(const Seen& s) {
   return map;
 }
 
-TEST(ClassParts, NearestPartInTheTree) {
+TEST(ClassParts, FindsTheNearestPartInTheTree) {
   const PartSet legs = part_bit(part_label("thigh_left")) | part_bit(part_label("thigh_right"));
   EXPECT_EQ(nearest_part(legs, part_label("foot_left"), -50), part_label("thigh_left"));
   EXPECT_EQ(nearest_part(legs, part_label("lower_trunk"), -50), part_label("thigh_right"));
@@ -88,7 +88,7 @@ TEST(ClassParts, NearestPartInTheTree) {
 
 // The phantom's exact labels under other numbers come back as they are; what has none (the navel's air) may
 // be told by our own layers.
-TEST(ClassParts, ExactLabelsRenumbered) {
+TEST(ClassParts, RenumberedExactLabelsGiveTheParts) {
   const Seen s = seen(4);
   ClassLabels map;
   map.labels = s.scan.labels;
@@ -116,7 +116,7 @@ TEST(ClassParts, ExactLabelsRenumbered) {
 // No bone can be seen in this scan (all flesh has one CT number, as in a poor MR): bones come from the
 // classes, with no side told, and flesh follows them. Hips and shoulders are spheres through the labelled
 // heads; the trunk's points, which no bone class tells, are given by hand.
-TEST(ClassParts, BonesFromClassesWhereTheScanShowsNone) {
+TEST(ClassParts, ClassesGiveBonesThatTheScanDoesNotShow) {
   Seen s = seen(3);
   const ClassLabels map = bones_of(s);
   for (std::size_t o = 0; o < s.scan.labels.voxels.size(); ++o)
@@ -149,7 +149,7 @@ TEST(ClassParts, BonesFromClassesWhereTheScanShowsNone) {
 }
 
 // Where the scan shows its bones the classes must not make it worse.
-TEST(ClassParts, BonesFromClassesInCt) {
+TEST(ClassParts, ClassesGiveBonesInCt) {
   const Seen s = seen(3);
   const ClassLabels map = bones_of(s);
   SegmentOptions options;
@@ -166,7 +166,7 @@ TEST(ClassParts, BonesFromClassesInCt) {
 
 // Whole parts whose tissue is not said hold bones, by which the rest of the body is told: with head, trunk
 // and one upper arm mapped, the others come out as without a map, and none is absent.
-TEST(ClassParts, SomePartsMappedLeaveTheOthersInView) {
+TEST(ClassParts, UnmappedPartsStayInView) {
   const Seen s = seen(4);
   ClassLabels map;
   map.labels = s.scan.labels;
@@ -185,7 +185,7 @@ TEST(ClassParts, SomePartsMappedLeaveTheOthersInView) {
   }
 }
 
-TEST(ClassParts, MirroredClassesAreTold) {
+TEST(ClassParts, WarnsOfMirroredClasses) {
   const Seen s = seen(6);
   ClassLabels map;
   map.labels = s.scan.labels;
@@ -206,7 +206,7 @@ TEST(ClassParts, MirroredClassesAreTold) {
 }
 
 // A map that was cropped to what it holds, or has other voxels, lies where its own grid says.
-TEST(ClassParts, LabelsOnAnotherGrid) {
+TEST(ClassParts, AcceptsLabelsOnAnotherGrid) {
   LabelMap map;
   map.grid.size = {4, 3, 2};
   map.grid.axes = Eigen::Vector3d(2, 3, 4).asDiagonal();
@@ -229,7 +229,7 @@ TEST(ClassParts, LabelsOnAnotherGrid) {
 }
 
 // Issue 4: each part holds its own bones, the whole weighs what its organs do.
-TEST(ClassParts, IcrpMaleByItsOrgans) {
+TEST(ClassParts, IcrpMalesOrgansGiveHisParts) {
   const std::string folder = test::shared_folder() + "/volumes/icrp_am/";
   if (!std::filesystem::exists(folder + "AM_labels.nii.gz"))
     GTEST_SKIP() << "the ICRP male is not beside the checkout";
@@ -298,7 +298,7 @@ TEST(ClassParts, IcrpMaleByItsOrgans) {
 }
 
 // A map without bones says nothing of joints: they stay where the scan shows them.
-TEST(ClassParts, JointsAreTheScansWhereNoBoneIsLabelled) {
+TEST(ClassParts, JointsComeFromTheScanWithoutLabelledBones) {
   const std::string folder = test::shared_folder() + "/volumes/icrp_am/";
   if (!std::filesystem::exists(folder + "AM_labels.nii.gz"))
     GTEST_SKIP() << "the ICRP male is not beside the checkout";

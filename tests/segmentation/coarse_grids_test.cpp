@@ -60,7 +60,7 @@ TEST_P(CoarseGrids, WristsLieInFrontOfTheCarpus) {
 }
 
 // Of this scan a cylinder on the tibia's end passed for condyles, 42 mm too far down with a deviation of 4.5.
-TEST(CoarseGrid, KneesAreNotBelowTheirLine) {
+TEST(CoarseGrid, KneesAreNotBelowTheJointLine) {
   const auto [body, scan, found] = scanned({2, Sex::female, 3});
   for (const char* name : {"knee_left", "knee_right", "knee_medial_left", "knee_medial_right",
                            "knee_lateral_left", "knee_lateral_right"}) {

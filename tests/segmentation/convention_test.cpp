@@ -33,7 +33,7 @@ Segmentation found_in(const GreyVolume& volume, Convention convention, Landmarks
   return found ? *found : Segmentation{};
 }
 
-TEST(Convention, HasANameThatIsRead) {
+TEST(Convention, NamesRoundTrip) {
   for (const Convention c : conventions) EXPECT_EQ(convention(name_of(c)).value(), c);
   const auto refused = convention("clauser");
   ASSERT_FALSE(refused);
@@ -43,7 +43,7 @@ TEST(Convention, HasANameThatIsRead) {
 
 // A forearm that is bent across the chest: where it lies medially of the shoulder's plane, far from that, its
 // flesh is still the forearm's, whichever of the arm's bones it was given to.
-TEST(Convention, AnArmAcrossTheChestEndsAtItsElbow) {
+TEST(Convention, ArmAcrossTheChestEndsAtItsElbow) {
   PhantomOptions options;
   options.pose_deg = {{"shoulder_left_flexion", 45},
                       {"shoulder_left_abduction", 0},
@@ -60,7 +60,7 @@ TEST(Convention, AnArmAcrossTheChestEndsAtItsElbow) {
 }
 
 // The planes of cuts.hpp, laid anew from their words.
-TEST(Convention, PlanesAreThoseOfTheDocumentation) {
+TEST(Convention, PlanesMatchTheDocumentation) {
   Landmarks marks = build_phantom({}).value().landmarks;
   marks["t12_l1"] = {Vector3d(3, 20, 1190), 15, 0, "given"};
   marks["l4_l5"] = {Vector3d(-2, 25, 1060), 15, 0, "given"};
@@ -103,7 +103,7 @@ TEST(Convention, PlanesAreThoseOfTheDocumentation) {
 }
 
 // Discs given by hand part the trunk there, to a voxel.
-TEST(Convention, DempsterPartsThePhantomsTrunkAtTheDiscs) {
+TEST(Convention, DempsterCutsThePhantomsTrunkAtTheDiscs) {
   const Phantom body = build_phantom({}).value();
   GridOptions coarse;
   coarse.spacing = Vector3d::Constant(4);
@@ -222,7 +222,7 @@ bool near_slice_cut(int part, double z) {
 
 // (The discs of the column are placed by proportions taken from this body: for the trunk's own bones this is
 // no independent test.)
-TEST(Convention, IcrpMaleByBoneHoldsItsOwnBones) {
+TEST(Convention, IcrpMaleByBoneKeepsBonesInTheirParts) {
   if (!male()) GTEST_SKIP() << "the ICRP male is not beside the checkout";
   const Segmentation& found = male_by(Convention::bone);
   std::array<double, parts.size()> own{}, all{};
@@ -246,7 +246,7 @@ TEST(Convention, IcrpMaleByBoneHoldsItsOwnBones) {
 // With planes a bone is cut where its segment is: what is held to 97 % is bone farther than 10 mm from any
 // plane, which must be where the planes put it, given whose bone it is. The fractions of whole bones are
 // reported.
-TEST(Convention, IcrpMaleByPlanesHoldsItsBonesAwayFromTheCuts) {
+TEST(Convention, IcrpMaleByPlanesKeepsBonesInTheirPartsAwayFromCuts) {
   if (!male()) GTEST_SKIP() << "the ICRP male is not beside the checkout";
   for (const Convention c : {Convention::deleva1996, Convention::dempster}) {
     const Segmentation& found = male_by(c);
@@ -270,7 +270,7 @@ TEST(Convention, IcrpMaleByPlanesHoldsItsBonesAwayFromTheCuts) {
   }
 }
 
-TEST(Convention, IcrpMaleIsAsHeavyOnBothSidesAndAsAWhole) {
+TEST(Convention, IcrpMaleHasHisMassOnBothSidesAndInTotal) {
   if (!male()) GTEST_SKIP() << "the ICRP male is not beside the checkout";
   std::map<Convention, double> thigh;
   const auto of = [](const std::string& name) { return static_cast<std::size_t>(part_label(name)); };
@@ -373,7 +373,7 @@ TEST(Convention, IcrpMaleHasUnevenThighs) {
 // By `bone` his trunk's parts are what lies nearest to the bones of each, whether these are found in the scan
 // or told by the organs' labels: the lumbar column's share is small, since ribs and pelvis reach round it,
 // and nothing of the man is cut for that.
-TEST(Convention, IcrpMaleTrunkByBoneGoesWithTheNearestBones) {
+TEST(Convention, IcrpMaleTrunkByBoneFollowsTheNearestBones) {
   if (!male()) GTEST_SKIP() << "the ICRP male is not beside the checkout";
   const Segmentation& found = male_by(Convention::bone);
   for (std::size_t n = 1; n < parts.size(); ++n)
@@ -409,7 +409,7 @@ TEST(Convention, IcrpMaleTrunkByBoneGoesWithTheNearestBones) {
 }
 
 // From CT numbers: the sum by each curve, the default within 1.5 %.
-TEST(Convention, IcrpMaleWeighedFromCtNumbers) {
+TEST(Convention, IcrpMaleHasHisMassFromCtNumbers) {
   if (!male()) GTEST_SKIP() << "the ICRP male is not beside the checkout";
   const Segmentation& found = male_by(Convention::deleva1996);
   for (const DensityCurve& curve : density_curves()) {

@@ -169,7 +169,7 @@ TEST(DicomFrames, GdcmReadsTheSameFile) {
                 pixels[static_cast<std::size_t>(n * rows * columns + o)] - 1024);
 }
 
-TEST(DicomFrames, EnhancedMrAndWhatIsWrong) {
+TEST(DicomFrames, ReadsEnhancedMrAndReportsErrors) {
   const ScratchFolder folder;
   write(folder / "mr.dcm", {.modality = "MR"});
   const auto mr = read_volume(folder / "mr.dcm");
@@ -288,7 +288,7 @@ TEST(DicomFrames, SegmentationsAreLabelMaps) {
     }
 }
 
-TEST(DicomFrames, DamagedSegmentationsAreRefused) {
+TEST(DicomFrames, RefusesDamagedSegmentations) {
   const ScratchFolder folder;
   write(folder / "seg.dcm", Segments{"BINARY", true});
   const auto whole = file_bytes(folder / "seg.dcm");
@@ -311,7 +311,7 @@ TEST(DicomFrames, DamagedSegmentationsAreRefused) {
 }
 
 // A segmentation's frames are 5 slices of 5 x 4 pixels: its header tells whether that can be the scan's grid.
-TEST(DicomFrames, GridOfASegmentationIsToldByItsHeader) {
+TEST(DicomFrames, HeaderGivesTheGridOfASegmentation) {
   const ScratchFolder folder;
   write(folder / "seg.dcm", Segments{"BINARY", true});
   Grid scan{{9, 8, 12}, Eigen::Matrix3d(Vector3d(0.75, 0.5, 3).asDiagonal()), Vector3d(-10.75, -21, 24)};
@@ -336,7 +336,7 @@ TEST(DicomFrames, GridOfASegmentationIsToldByItsHeader) {
 }
 
 // Two frames 4 m apart, in a file of 66 kB.
-TEST(DicomFrames, SegmentationLongerThanABodyIsRefusedByItsHeader) {
+TEST(DicomFrames, RefusesSegmentationsLongerThanABody) {
   const std::string path = test::shared_folder() + "/cases/seg_bomb.dcm";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "the case is not there: " << path;
   const auto read = read_labels(path);

@@ -11,7 +11,7 @@ namespace borelli {
 namespace {
 
 // Codes of PS3.3, C.7.1.1 and ages of PS3.5, 6.2, as writers leave them.
-TEST(DicomFolder, SexAndAgeOfThePatient) {
+TEST(DicomFolder, GivesSexAndAgeOfThePatient) {
   const std::tuple<const char*, const char*, const char*, double> cases[] = {
       {"M", "034Y", "male", 34}, {"F ", "006M", "female", 0.5},
       {"f", "52", "female", 52}, {"O", "010W", "", 10 / 52.18},

@@ -110,7 +110,7 @@ void expect_decoded(int allocated, int stored_bits, int high_bit, bool is_signed
   EXPECT_EQ(pixels, expected);
 }
 
-TEST(Dicom, PixelsAreTheBitsThatTheHeaderNames) {
+TEST(Dicom, ReadsThePixelBitsThatTheHeaderNames) {
   for (const bool is_signed : {false, true})
     for (const bool big_endian : {false, true})
       for (const auto& [allocated, stored_bits, high_bit] : {std::tuple(8, 8, 7),
@@ -130,7 +130,7 @@ TEST(Dicom, PixelsAreTheBitsThatTheHeaderNames) {
 
 // Behind a gantry tilted by 20 degrees the slices lean, and the table still moves along z: the grid is
 // sheared. A voxel is where its own slice's header puts it.
-TEST(Dicom, GantryTiltIsAShearOfTheGrid) {
+TEST(Dicom, GantryTiltShearsTheGrid) {
   ScratchFolder folder;
   const double tilt = 20 * std::numbers::pi / 180;
   TestSlice slice;
@@ -149,7 +149,7 @@ TEST(Dicom, GantryTiltIsAShearOfTheGrid) {
 
 // rows to the front, columns down, slices to the left: the third axis follows the slices whatever way they
 // run
-TEST(Dicom, SagittalSlices) {
+TEST(Dicom, ReadsSagittalSlices) {
   ScratchFolder folder;
   TestSlice slice;
   slice.modality = "MR", slice.intercept = 0;
@@ -166,7 +166,7 @@ TEST(Dicom, SagittalSlices) {
   }
 }
 
-TEST(Dicom, TakesTheLargestCtSeriesAndSaysSo) {
+TEST(Dicom, ReadsTheLargestCtSeriesAndSaysSo) {
   ScratchFolder folder;
   TestSlice small, large, mr;
   small.description = "scout";
@@ -186,7 +186,7 @@ TEST(Dicom, TakesTheLargestCtSeriesAndSaysSo) {
 }
 
 // a localizer of another orientation inside the same series is no part of the volume
-TEST(Dicom, PartsASeriesByOrientation) {
+TEST(Dicom, SplitsASeriesByOrientation) {
   ScratchFolder folder;
   TestSlice axial, scout;
   scout.along_column = {0, 0, -1};
@@ -213,7 +213,7 @@ TEST(Dicom, ScalingMayDifferFromSliceToSlice) {
 }
 
 // 12 bits with sign: bits above the stored ones hold other things and do not count
-TEST(Dicom, SignedPixelsOfTwelveBits) {
+TEST(Dicom, ReadsSignedPixelsOfTwelveBits) {
   ScratchFolder folder;
   for (int k = 0; k < 3; ++k) {
     TestSlice slice = numbered({}, k, {0, 0, 2});
@@ -227,7 +227,7 @@ TEST(Dicom, SignedPixelsOfTwelveBits) {
   EXPECT_EQ(read->volume.at(3, 2, 2), stored(2, 2, 3) - 1100);
 }
 
-TEST(Dicom, PaddingIsToldWhateverItsNumber) {
+TEST(Dicom, ReportsPaddingOfAnyValue) {
   for (const int padding :
        {-2000, 0}) {  // 0 with intercept 0 is water's number: only outside the picture it is padding
     ScratchFolder folder;
@@ -250,7 +250,7 @@ TEST(Dicom, PaddingIsToldWhateverItsNumber) {
   }
 }
 
-TEST(Dicom, MissingSlicesAreInterpolatedAndSaid) {
+TEST(Dicom, InterpolatesMissingSlicesWithANote) {
   ScratchFolder folder;
   const Vector3d step(0, 0.4, 3);  // tilted too
   for (const int k : {0, 1, 2, 5, 6, 7}) write_slice(folder / shuffled_name(k), numbered({}, k, step));
@@ -264,7 +264,7 @@ TEST(Dicom, MissingSlicesAreInterpolatedAndSaid) {
       << read->warnings.front();
 }
 
-TEST(Dicom, UnevenSpacingIsEvenedOutAndSaid) {
+TEST(Dicom, ResamplesUnevenSpacingWithANote) {
   ScratchFolder folder;
   const std::vector<double> z{0, 3, 6, 9, 13, 17, 21};
   for (std::size_t n = 0; n < z.size(); ++n) {
@@ -285,7 +285,7 @@ TEST(Dicom, UnevenSpacingIsEvenedOutAndSaid) {
 }
 
 // A scaling that is no number is none of one's own: CT numbers would be off by 1024.
-TEST(Dicom, RefusesAScalingThatIsNoNumber) {
+TEST(Dicom, RefusesAScalingThatIsNotANumber) {
   for (const auto& [slope, intercept] : std::vector<std::pair<std::string, std::string>>{{"", "x1024"},
                                                                                          {"", "--1024"},
                                                                                          {"", "1e400"},
@@ -309,7 +309,7 @@ TEST(Dicom, RefusesAScalingThatIsNoNumber) {
   EXPECT_TRUE(read_volume(folder.path()));
 }
 
-TEST(Dicom, RefusesWhatIsNoVolume) {
+TEST(Dicom, RefusesFilesThatAreNoVolume) {
   const auto refusal = [](const ScratchFolder& folder, const ReadOptions& options = {}) {
     const auto read = read_volume(folder.path(), options);
     return read ? std::string("was read") : read.error().message();
@@ -354,7 +354,7 @@ TEST(Dicom, RefusesWhatIsNoVolume) {
   EXPECT_NE(read_volume(cut / shuffled_name(0)).error().message().find("give its folder"), std::string::npos);
 }
 
-TEST(Dicom, CopiesAreTakenOnceAndPhasesParted) {
+TEST(Dicom, ReadsCopiesOnceAndSeparatesPhases) {
   ScratchFolder copies, phases;
   write_series(copies, {}, 4, {0, 0, 3});
   write_series(copies, {}, 4, {0, 0, 3}, "copy");
@@ -400,7 +400,7 @@ TEST(Dicom, FlippedBytesNeverCrash) {
 
 // As DATA.md and the files' own headers have it (dcmdump): z from 1055 to 1532, 512 x 512 at 1.03 mm, 3 mm
 // apart.
-TEST(Dicom, RealCtOfATrunk) {
+TEST(Dicom, ReadsARealCtOfATrunk) {
   const std::string path = test::shared_folder() + "/volumes/ct_trunk_dicom";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "the CT is not there: " << path;
   const auto ct = read_volume(path);
@@ -416,7 +416,7 @@ TEST(Dicom, RealCtOfATrunk) {
 }
 
 // The codes of PS3.3, C.7.3.1.1.2.
-TEST(Dicom, PoseIsThePatientsPosition) {
+TEST(Dicom, PoseComesFromThePatientPosition) {
   for (const auto& [code, pose] : {std::pair{"HFS", "supine"},
                                    {"FFS", "supine"},
                                    {"HFP", "prone"},
@@ -437,7 +437,7 @@ TEST(Dicom, PoseIsThePatientsPosition) {
 
 // The same three slices in every encoding that DCMTK's programs write, and read here: implicit and big-endian
 // syntaxes, no preamble, sequences of undefined length, RLE and JPEG.
-TEST(Dicom, EveryEncodingHoldsTheSameVolume) {
+TEST(Dicom, EveryEncodingGivesTheSameVolume) {
   const std::string path = test::shared_folder() + "/volumes/ct_trunk_dicom/";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "the CT is not there: " << path;
   if (std::system("command -v dcmconv >/dev/null") != 0)
@@ -462,7 +462,7 @@ TEST(Dicom, EveryEncodingHoldsTheSameVolume) {
   }
 }
 
-TEST(Dicom, RealMrOfAKneeIsUnpacked) {
+TEST(Dicom, DecompressesARealMrOfAKnee) {
   const std::string path = test::shared_folder() + "/volumes/mr_knee_dicom";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "the MR is not there: " << path;
   const auto mr = read_volume(path);

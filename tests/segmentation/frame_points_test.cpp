@@ -63,7 +63,7 @@ Segmentation found_in(const GreyVolume& volume, Landmarks given = {}) {
 
 // By name, over all bodies: root mean square of the coordinates' errors within the stated deviation, none
 // beyond twice that.
-TEST(FramePoints, LieInPhantomsAsTheirDeviationsSay) {
+TEST(FramePoints, LieWithinTheirDeviationsInPhantoms) {
   std::map<std::string, double> squares;
   std::map<std::string, int> cases;
   for (const Body& body : bodies()) {
@@ -91,7 +91,7 @@ TEST(FramePoints, LieInPhantomsAsTheirDeviationsSay) {
 }
 
 // Forearms that lie one on the other before the belly: the radius is the stouter of an arm's own two bones.
-TEST(FramePoints, StyloidsOfForearmsThatTouch) {
+TEST(FramePoints, LieOnTheStyloidsOfTouchingForearms) {
   int shown = 0;
   for (const std::uint64_t variation : {5201, 5303, 8001}) {
     PhantomOptions options;
@@ -125,7 +125,7 @@ TEST(FramePoints, StyloidsOfForearmsThatTouch) {
 }
 
 // What the scan does not show is not there; what is given by hand stays.
-TEST(FramePoints, AreThereWhereTheScanShowsThemAndYieldToTheHand) {
+TEST(FramePoints, AreFoundIfVisibleAndYieldToGivenPoints) {
   const Phantom phantom = build_phantom({}).value();
   GridOptions grid;
   grid.spacing = Vector3d::Constant(3);
@@ -146,7 +146,7 @@ TEST(FramePoints, AreThereWhereTheScanShowsThemAndYieldToTheHand) {
 
 // The ICRP male, on slices of 8 mm: his pelvis is labelled by itself, so that the hindmost of it beside the
 // sacrum is known; his thoracic column from its top to its lowest disc.
-TEST(FramePoints, OfTheIcrpMale) {
+TEST(FramePoints, MatchTheIcrpMale) {
   const std::string folder = test::shared_folder() + "/volumes/icrp_am/";
   if (!std::filesystem::exists(folder + "AM_hu.nii.gz"))
     GTEST_SKIP() << "the ICRP male is not beside the checkout";
@@ -186,7 +186,7 @@ TEST(FramePoints, OfTheIcrpMale) {
 
 // Two real pelves, the second turned by 7 degrees: the wing's hind end by eye on the slices, to a few mm; no
 // other point of the frames is in view.
-TEST(FramePoints, OfRealPelves) {
+TEST(FramePoints, MatchRealPelves) {
   struct Pelvis {
     std::string path;
     std::optional<FileQuantity> quantity;

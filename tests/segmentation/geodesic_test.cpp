@@ -28,7 +28,7 @@ double octile(double a, double b, double c) {
   return std::sqrt(3.0) * d[0] + std::sqrt(2.0) * (d[1] - d[0]) + (d[2] - d[1]);
 }
 
-TEST(Geodesic, EvenCostGivesTheLengthOfTheWay) {
+TEST(Geodesic, UniformCostGivesThePathLength) {
   const auto cost = even_cost({15, 11, 9}, 2, 3);
   auto seeds = no_seeds(cost.grid);
   seeds.at(4, 5, 2) = 7;
@@ -47,7 +47,7 @@ TEST(Geodesic, EvenCostGivesTheLengthOfTheWay) {
   EXPECT_EQ(way.front(), cost.grid.offset(4, 5, 2));
 }
 
-TEST(Geodesic, WallsAreGoneRoundAndSeedsShareTheRest) {
+TEST(Geodesic, PathsAvoidWallsAndSeedsShareTheRest) {
   auto cost = even_cost({21, 21, 1}, 1, 1);
   for (std::int64_t j = 0; j < 20; ++j) cost.at(10, j, 0) = no_way;
   auto seeds = no_seeds(cost.grid);
@@ -61,7 +61,7 @@ TEST(Geodesic, WallsAreGoneRoundAndSeedsShareTheRest) {
   EXPECT_EQ(nearest_seeds({cost, 0}, seeds).voxels, found.owner.voxels);
 }
 
-TEST(Geodesic, LongWaysAreLeftWhereAsked) {
+TEST(Geodesic, PathsStopAtTheRequestedLength) {
   const auto cost = even_cost({30, 3, 3}, 1, 1);
   auto seeds = no_seeds(cost.grid);
   seeds.at(0, 1, 1) = 1;
@@ -71,7 +71,7 @@ TEST(Geodesic, LongWaysAreLeftWhereAsked) {
   EXPECT_EQ(found.length(11, 1, 1), no_way);
 }
 
-TEST(Geodesic, AVolumeOfOneColumnHasNoHalves) {
+TEST(Geodesic, HandlesAVolumeOfOneColumn) {
   auto cost = even_cost({1, 1 << 10, 1 << 10}, 1, 1);
   auto seeds = no_seeds(cost.grid);
   seeds.at(0, 3, 1000) = 5;
@@ -112,7 +112,7 @@ std::vector<double> lengths_from(const Volume<float>& cost, const Volume<std::ui
   return length;
 }
 
-TEST(Geodesic, WaysOverTheMiddleOfALargeVolumeAreTheCheapestToo) {
+TEST(Geodesic, PathsAcrossHalvesAreTheCheapest) {
   // large enough that both halves are followed at once, with walls that lead ways from half to half
   const std::int64_t nx = 121, ny = 90, nz = 100;
   auto cost = even_cost({nx, ny, nz}, 1.5, 1);

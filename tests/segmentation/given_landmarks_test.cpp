@@ -32,7 +32,7 @@ const std::string list = R"({
       {"id": "3", "label": "ankle_left", "position": [0.0, 0.0, 0.0], "positionStatus": "undefined"},
       {"id": "4", "label": "F-4", "position": [1.0, 2.0, 3.0], "positionStatus": "defined"}]}]})";
 
-TEST(GivenLandmarks, SlicerMarkupsInBothFrames) {
+TEST(GivenLandmarks, ReadsSlicerMarkupsInBothFrames) {
   for (const auto& [frame, sign] : {std::pair{"LPS", 1.}, {"RAS", -1.}}) {
     std::string text = list;
     text.replace(text.find("FRAME"), 5, frame);
@@ -49,7 +49,7 @@ TEST(GivenLandmarks, SlicerMarkupsInBothFrames) {
   }
 }
 
-TEST(GivenLandmarks, SlicerFcsvInItsVersions) {
+TEST(GivenLandmarks, ReadsAllVersionsOfSlicerFcsv) {
   const std::string head = "# Markups fiducial file version = 5.4\r\n# CoordinateSystem = ";
   const std::string columns =
       "\r\n# columns = id,x,y,z,ow,ox,oy,oz,vis,sel,lock,label,desc,associatedNodeID\r\n";
@@ -70,7 +70,7 @@ TEST(GivenLandmarks, SlicerFcsvInItsVersions) {
   EXPECT_EQ(old->landmarks.at("xiphion").point, Vector3d(1, 2, 3));
 }
 
-TEST(GivenLandmarks, WhatIsWrongIsTold) {
+TEST(GivenLandmarks, ReportsErrors) {
   const auto expect = [](const std::string& name, const std::string& text, const std::string& said) {
     const auto read = given(name, text);
     ASSERT_FALSE(read) << text;
@@ -110,7 +110,7 @@ TEST(GivenLandmarks, NamesAreMatchedByTheirWords) {
 
 // What was not moved in Slicer stays as it was found, with its source and deviation; what was moved is the
 // hand's.
-TEST(GivenLandmarks, MarkupsGoOutAndComeBack) {
+TEST(GivenLandmarks, MarkupsRoundTrip) {
   const ScratchFolder folder;
   Landmarks found;
   found["shoulder_left"] = {{150.125, -1.0 / 3, 1400}, 1.5, 24.25, "bone: sphere on the humeral head"};
@@ -156,7 +156,7 @@ TEST(GivenLandmarks, MarkupsGoOutAndComeBack) {
 
 // The points of one run, one of them moved, given to a run on another grid: that one is the hand's, the
 // others are found anew, on that grid.
-TEST(GivenLandmarks, UnmovedPointsOfAnotherGridAreFoundAnew) {
+TEST(GivenLandmarks, FindsUnmovedPointsOfAnotherGridAgain) {
   const ScratchFolder folder;
   const auto body = build_phantom({});
   GridOptions coarse;
@@ -186,7 +186,7 @@ TEST(GivenLandmarks, UnmovedPointsOfAnotherGridAreFoundAnew) {
 }
 
 // Every landmark that segmentation finds has a name that a person may give.
-TEST(GivenLandmarks, KnowsAllThatIsFound) {
+TEST(GivenLandmarks, KnowsEveryFoundLandmark) {
   const auto body = build_phantom({});
   GridOptions coarse;
   coarse.spacing.setConstant(5);

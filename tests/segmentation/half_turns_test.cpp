@@ -23,7 +23,7 @@ Segmentation found_in(const GreyVolume& volume) {
 
 // The same voxels under a header that is turned by half a turn about one of the patient's axes: parts and
 // landmarks are those of the right header, the contradiction is said, and sides are not sure.
-TEST(HalfTurns, BodyIsFoundAsItLiesAndTheHeaderDoubted) {
+TEST(HalfTurns, BodyOverridesAWrongHeader) {
   const Phantom body = *build_phantom({});
   GridOptions coarse;
   coarse.spacing.setConstant(4);

@@ -30,7 +30,7 @@ double value(const std::string& equation, const std::map<std::string, double>& n
   return sum;
 }
 
-TEST(HipRegressions, AreThePublishedEquations) {
+TEST(HipRegressions, EqualThePublishedEquations) {
   const std::string path = test::shared_folder() + "/reference/hip_centre_regressions.csv";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "the published regressions are not there: " << path;
   std::map<std::string, std::map<std::string, std::string>> published;
@@ -65,7 +65,7 @@ TEST(HipRegressions, AreThePublishedEquations) {
 }
 
 // A pelvis turned about and shifted in space has its hips there; what was seen stays.
-TEST(HipRegressions, ArePlacedInThePelvisAsItLies) {
+TEST(HipRegressions, FollowThePelvisAsItLies) {
   const double deg = M_PI / 180;
   const Eigen::Matrix3d turn =
       (Eigen::AngleAxisd(20 * deg, Vector3d::UnitZ()) * Eigen::AngleAxisd(-12 * deg, Vector3d::UnitX()))

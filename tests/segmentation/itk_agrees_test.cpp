@@ -70,7 +70,7 @@ void PrintTo(const FileCase& c, std::ostream* out) { *out << c.name; }
 // NIfTI keeps float32: 1234.5 mm to 6e-5 mm, thrice. NRRD and MetaImage keep decimals of doubles.
 class ItkAgrees : public ::testing::TestWithParam<FileCase> {};
 
-TEST_P(ItkAgrees, WeReadWhatItWrites) {
+TEST_P(ItkAgrees, OnImagesWrittenByItk) {
   ScratchFolder folder;
   for (const bool mirrored : {false, true}) {
     const GreyVolume volume = noise_volume(oblique_grid(mirrored, 0), Quantity::hu);
@@ -89,7 +89,7 @@ TEST_P(ItkAgrees, WeReadWhatItWrites) {
 }
 
 // Text, as a header with its numbers in one file and in two.
-TEST(ItkAgrees, OnVoxelsThatAreText) {
+TEST(ItkAgrees, OnTextVoxels) {
   ScratchFolder folder;
   const GreyVolume volume = noise_volume(oblique_grid(false, 0), Quantity::hu);
   for (const char* name : {"a.nrrd", "a.nhdr", "a.mha", "a.mhd"}) {
@@ -143,7 +143,7 @@ TEST(ItkAgrees, OnListsOfSlices) {
   }
 }
 
-TEST(ItkReads, WhatWeWrite) {
+TEST(ItkReads, OurFiles) {
   ScratchFolder folder;
   for (const auto& [name, packed, tolerance] :
        {FileCase{"a.nii", false, 2e-4}, FileCase{"a.nii.gz", true, 2e-4}, FileCase{"a.nrrd", true, 1e-9},

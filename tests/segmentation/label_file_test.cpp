@@ -28,7 +28,7 @@ void write_numbers(const std::string& path, const std::vector<std::int16_t>& num
   ASSERT_TRUE(write_volume(path, volume));
 }
 
-TEST(LabelFile, RoundTripWithNamesBeside) {
+TEST(LabelFile, RoundTripsWithItsNames) {
   ScratchFolder folder;
   LabelMap map;
   map.grid = oblique_grid(false, 0.5);
@@ -47,7 +47,7 @@ TEST(LabelFile, RoundTripWithNamesBeside) {
   EXPECT_TRUE(std::filesystem::exists(folder / "a.tsv"));
 }
 
-TEST(LabelFile, ANameIsNoFormulaToASpreadsheetAndComesBack) {
+TEST(LabelFile, NamesAreNeverFormulasAndRoundTrip) {
   ScratchFolder folder;
   LabelMap map;
   map.grid.size = {3, 1, 1};
@@ -64,7 +64,7 @@ TEST(LabelFile, ANameIsNoFormulaToASpreadsheetAndComesBack) {
 
 // As 3D Slicer saves a segmentation: three segments of which two overlap, in two layers, cropped to what they
 // hold.
-TEST(LabelFile, LayersOf3dSlicer) {
+TEST(LabelFile, ReadsLayersOf3dSlicer) {
   const std::string keys =
       "Segmentation_ContainedRepresentationNames:=Binary "
       "labelmap|\nSegmentation_MasterRepresentation:=Binary labelmap\n"
@@ -143,7 +143,7 @@ TEST(LabelFile, LayersOf3dSlicer) {
 }
 
 // One layer: the numbers are the file's own, and parts among the names get their labels.
-TEST(LabelFile, SegmentsOf3dSlicerNameTheirValues) {
+TEST(LabelFile, ReadsSegmentNamesOf3dSlicer) {
   ScratchFolder folder;
   const std::string text =
       "NRRD0004\ntype: unsigned char\ndimension: 3\nsizes: 2 2 1\nspace: right-anterior-superior\n"
@@ -161,7 +161,7 @@ TEST(LabelFile, SegmentsOf3dSlicerNameTheirValues) {
 
 // 3D Slicer's tags tell the class where a person named the segment anew, and its ID where there are no codes.
 // Codes: DICOM PS3.16, CID 4031 (71341001 femur, T-12710 in SRT), CID 244 (7771000 left, 24028007 right).
-TEST(LabelFile, TerminologyOf3dSlicerTellsTheClass) {
+TEST(LabelFile, TerminologyOf3dSlicerGivesTheClass) {
   ScratchFolder folder;
   const auto tags = [](const std::string& type, const std::string& side) {
     return "Segmentation.Status:inprogress|TerminologyEntry:Segmentation category and type - 3D Slicer "
@@ -201,7 +201,7 @@ TEST(LabelFile, TerminologyOf3dSlicerTellsTheClass) {
       << told;
 }
 
-TEST(LabelFile, PartNamesGetTheirLabelsOthersFollow) {
+TEST(LabelFile, PartNamesGetTheirLabelsAndOthersFollow) {
   ScratchFolder folder;
   write_numbers(folder / "a.nii", {0, 5, 900, 3, 900, 12});
   put_text(folder / "names.txt",
@@ -217,7 +217,7 @@ TEST(LabelFile, PartNamesGetTheirLabelsOthersFollow) {
   EXPECT_EQ(map->names[0], "outside");
 }
 
-TEST(LabelFile, NumbersStayWithoutPartsAndShrinkWhereTheyMust) {
+TEST(LabelFile, KeepsNumbersUnlessTheyExceed255) {
   ScratchFolder folder;
   write_numbers(folder / "small.nii", {0, 7, 200});
   EXPECT_EQ(read_labels(folder / "small.nii")->voxels, (std::vector<std::uint8_t>{0, 7, 200}));
@@ -227,7 +227,7 @@ TEST(LabelFile, NumbersStayWithoutPartsAndShrinkWhereTheyMust) {
   EXPECT_EQ(large->names, (std::vector<std::string>{"outside", "label 1001", "label 2035"}));
 }
 
-TEST(LabelFile, RefusesWhatIsNoLabelMap) {
+TEST(LabelFile, RefusesFilesThatAreNoLabelMap) {
   ScratchFolder folder;
   std::vector<std::int16_t> many(300);
   for (std::size_t n = 0; n < many.size(); ++n) many[n] = static_cast<std::int16_t>(n);
@@ -258,7 +258,7 @@ TEST(LabelFile, RefusesWhatIsNoLabelMap) {
 }
 
 // Counted by the organ list beside it: voxels of each id.
-TEST(LabelFile, IcrpLabelsCountAsTheirOrganList) {
+TEST(LabelFile, IcrpLabelCountsMatchTheirOrganList) {
   const std::string folder = test::shared_folder() + "/volumes/icrp_am/";
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << "the ICRP male is not there: " << folder;
   const auto map = read_labels(folder + "AM_labels.nii.gz");

@@ -18,7 +18,7 @@ void expect_honest(int within, int all, const std::string& what) {
   EXPECT_GT(share, 0.95 - 3 * std::sqrt(0.95 * 0.05 / all)) << what << ": " << within << " of " << all;
 }
 
-TEST(LandmarkDeviations, HoldAboutNineteenErrorsOfTwentyWithinTwo) {
+TEST(LandmarkDeviations, CoverAboutNineteenOfTwentyErrors) {
   std::map<std::string, std::pair<int, int>> count;  // by landmark: within, all
   int within = 0, all = 0;
   for (const auto& [seed, slice] : {std::pair{1, 8.0}, {5, 8.0}, {6, 3.0}, {9, 5.0}}) {

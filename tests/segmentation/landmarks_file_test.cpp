@@ -14,7 +14,7 @@ std::string with_text(const std::string& path, const std::string& text) {
   return path;
 }
 
-TEST(LandmarksFile, RoundTripKeepsEveryNumber) {
+TEST(LandmarksFile, RoundTripsEveryNumber) {
   const ScratchFolder folder;
   Landmarks landmarks;
   landmarks["hip_left"] = {{88.125, -1.0 / 3, 912.7}, 1.5, 24.1, "bone: sphere on the femoral head"};
@@ -31,7 +31,7 @@ TEST(LandmarksFile, RoundTripKeepsEveryNumber) {
   }
 }
 
-TEST(LandmarksFile, RasIsTurnedAndBareLandmarksAreTaken) {
+TEST(LandmarksFile, ReadsRasAndBareLandmarks) {
   const ScratchFolder folder;
   const auto read = read_landmarks(
       with_text(folder / "l.json", R"({"frame": "RAS", "landmarks": {"neck": {"point": [1, 2, 3]}}})"));
@@ -40,7 +40,7 @@ TEST(LandmarksFile, RasIsTurnedAndBareLandmarksAreTaken) {
   EXPECT_EQ(read->at("neck").source, "given");
 }
 
-TEST(LandmarksFile, DamageIsToldInWords) {
+TEST(LandmarksFile, ReportsDamage) {
   const ScratchFolder folder;
   const std::pair<const char*, const char*> cases[] = {
       {"{", "not JSON"},

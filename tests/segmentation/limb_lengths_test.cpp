@@ -45,7 +45,7 @@ struct Body {
   }
 };
 
-TEST(LimbLengths, SidesOfThreePercentStayQuiet) {
+TEST(LimbLengths, AcceptsSidesThatDifferByThreePercent) {
   Body body;
   const Landmarks before = body.marks;
   const auto length = [&](const char* from, const char* to) {
@@ -66,7 +66,7 @@ TEST(LimbLengths, SidesOfThreePercentStayQuiet) {
   }
 }
 
-TEST(LimbLengths, TheLessSureSideIsDoubted) {
+TEST(LimbLengths, DoubtsTheLessCertainSide) {
   Body body;
   body.lengthen("hip_right", "knee_right", -30);
   body.marks["knee_right"].deviation = 9.5;
@@ -77,7 +77,7 @@ TEST(LimbLengths, TheLessSureSideIsDoubted) {
   EXPECT_EQ(body.marks["ankle_right"].deviation, 2);
 }
 
-TEST(LimbLengths, ItsEpicondylesAreDoubtedWithIt) {
+TEST(LimbLengths, DoubtsItsEpicondylesToo) {
   Body body;
   body.lengthen("hip_right", "knee_right", -30);
   body.marks["knee_right"].deviation = 9.5;
@@ -87,7 +87,7 @@ TEST(LimbLengths, ItsEpicondylesAreDoubtedWithIt) {
 }
 
 // There the surer one may be a cylinder fitted to another bone.
-TEST(LimbLengths, OnLargeVoxelsBothSidesAreDoubted) {
+TEST(LimbLengths, DoubtsBothSidesOnLargeVoxels) {
   Body body;
   body.lengthen("hip_left", "knee_left", 30);
   body.marks["knee_right"].deviation = 9.5;
@@ -96,14 +96,14 @@ TEST(LimbLengths, OnLargeVoxelsBothSidesAreDoubted) {
   EXPECT_NEAR(body.marks["knee_right"].deviation, 30, 0.1);
 }
 
-TEST(LimbLengths, AnUnlikelyLengthForTheBodyIsDoubted) {
+TEST(LimbLengths, DoubtsALengthUnlikelyForTheBody) {
   Body body;
   body.lengthen("elbow_right", "wrist_right", -93);
   EXPECT_NEAR(body.doubted("wrist_right").deviation, 93, 0.1);
   EXPECT_EQ(body.marks["wrist_left"].deviation, 2);
 }
 
-TEST(LimbLengths, ArmsThatMeetAreBothDoubted) {
+TEST(LimbLengths, DoubtsBothTouchingArms) {
   Body body;
   body.limbs.arms_meet = true;
   body.lengthen("elbow_right", "wrist_right", -93);
@@ -111,7 +111,7 @@ TEST(LimbLengths, ArmsThatMeetAreBothDoubted) {
   EXPECT_NEAR(body.marks["wrist_left"].deviation, 93, 0.1);
 }
 
-TEST(LimbLengths, BothSidesUnlikelyForTheBodyAreDoubted) {
+TEST(LimbLengths, DoubtsBothSidesUnlikelyForTheBody) {
   Body body;
   for (const char* side : {"_left", "_right"})
     body.lengthen("knee" + std::string(side), "ankle" + std::string(side), -150);
@@ -119,7 +119,7 @@ TEST(LimbLengths, BothSidesUnlikelyForTheBodyAreDoubted) {
   EXPECT_TRUE(body.marks["ankle_right"].source.ends_with(unlike_body));
 }
 
-TEST(LimbLengths, WithoutHipsAForearmIsComparedWithItsUpperArm) {
+TEST(LimbLengths, ComparesAForearmWithItsUpperArmWithoutHips) {
   Body body;
   body.trunk.hip = {};
   for (const char* side : {"_left", "_right"})
@@ -165,7 +165,7 @@ GridOptions voxels(double edge) {
 }
 
 // A patella before broad condyles, and a slender plateau below: the waist between them is the joint's line.
-TEST(LimbLengths, AKneeBehindAPatellaIsMeasured) {
+TEST(LimbLengths, MeasuresAKneeBehindAPatella) {
   const Scanned of = scanned(9, Sex::female, voxels(3));
   for (const char* knee : {"knee_left", "knee_right"}) EXPECT_LT(off(of, knee), 3) << knee;
   EXPECT_FALSE(warns(of, "unlike"));
@@ -173,7 +173,7 @@ TEST(LimbLengths, AKneeBehindAPatellaIsMeasured) {
 
 // The field of view cuts along the shank's bones to the heel: that they grow slender is no shaft, and the
 // foot's bones are no ankle.
-TEST(LimbLengths, AnAnkleThatTheFieldOfViewCutsIsPlacedByTheOtherLeg) {
+TEST(LimbLengths, PlacesACutAnkleByTheOtherLeg) {
   const Scanned of = scanned(40, Sex::male, voxels(4), 380);
   const auto& ankle = of.found.landmarks.find("ankle_left")->second;
   EXPECT_TRUE(ankle.source.starts_with("proportion"));
@@ -185,7 +185,7 @@ TEST(LimbLengths, AnAnkleThatTheFieldOfViewCutsIsPlacedByTheOtherLeg) {
 }
 
 // The scan ends just below the elbows: a shaft that broadens is no elbow.
-TEST(LimbLengths, NoElbowWhereTheScanEndsAboveIt) {
+TEST(LimbLengths, FindsNoElbowIfTheScanEndsAboveIt) {
   GridOptions grid = voxels(4);
   grid.crop_low[2] = 1150, grid.crop_high[2] = 1500;
   const Scanned of = scanned(40, Sex::male, grid);
@@ -207,7 +207,7 @@ TEST(LimbLengths, NoElbowWhereTheScanEndsAboveIt) {
 }
 
 // Forearms whose bones run into each other: their wrists are right, or doubted by name.
-TEST(LimbLengths, ForearmsThatRunIntoEachOtherAreRightOrDoubted) {
+TEST(LimbLengths, TouchingForearmsAreRightOrDoubted) {
   const Scanned of = scanned(75, Sex::male, voxels(3), 0,
                              {{"shoulder_left_flexion", 20},
                               {"shoulder_left_rotation", 65},

@@ -63,7 +63,7 @@ using enum Coverage;
 const Parts legs{{"thigh_left", cut},    {"thigh_right", cut}, {"shank_left", whole},
                  {"shank_right", whole}, {"foot_left", whole}, {"foot_right", whole}};
 
-TEST(LoneParts, LegsFromBelowTheHips) {
+TEST(LoneParts, FindsLegsFromBelowTheHips) {
   for (const auto& [variation, sex] : {std::pair{201, Sex::male}, {202, Sex::female}}) {
     const Lone of = scanned(static_cast<std::uint64_t>(variation), sex, "hip_left", -all, -100);
     expect_only(of, legs, 0.95);
@@ -71,7 +71,7 @@ TEST(LoneParts, LegsFromBelowTheHips) {
   }
 }
 
-TEST(LoneParts, LegsFromTheMiddleOfTheThighs) {
+TEST(LoneParts, FindsLegsFromTheMiddleOfTheThighs) {
   for (const auto& [variation, sex] : {std::pair{203, Sex::male}, {202, Sex::female}}) {
     const Lone of = scanned(static_cast<std::uint64_t>(variation), sex, "knee_left", -all, 170);
     expect_only(of, legs, 0.95);
@@ -79,14 +79,14 @@ TEST(LoneParts, LegsFromTheMiddleOfTheThighs) {
   }
 }
 
-TEST(LoneParts, AHeadAboveTheNecksFoot) {
+TEST(LoneParts, FindsAHeadAboveTheNecksFoot) {
   for (const auto& [variation, sex] : {std::pair{201, Sex::male}, {202, Sex::female}}) {
     const Lone of = scanned(static_cast<std::uint64_t>(variation), sex, "neck", 10, all);
     expect_only(of, {{"head", cut}}, 0.98);
   }
 }
 
-TEST(LoneParts, AHeadWithAPieceOfTheTrunk) {
+TEST(LoneParts, FindsAHeadWithAPieceOfTheTrunk) {
   for (const auto& [variation, sex] : {std::pair{203, Sex::male}, {204, Sex::female}}) {
     const Lone of = scanned(static_cast<std::uint64_t>(variation), sex, "neck", -40, all);
     const auto agree = dice(of.found.labels, of.exact);
@@ -105,7 +105,7 @@ TEST(LoneParts, AHeadWithAPieceOfTheTrunk) {
 // exact labels are cut by planes; by bone the knee is cut at its surface, which gives each shank a patella
 // and each of these short thighs the flesh in front of a shank's end: .95 in both at best (measured), of
 // which the limit leaves two hundredths for noise. By planes nothing differs.
-TEST(LoneParts, ByOtherConventions) {
+TEST(LoneParts, FindsThemByOtherConventions) {
   for (const auto& [convention, least] : {std::pair{Convention::dempster, 0.95}, {Convention::bone, 0.93}}) {
     expect_only(scanned(203, Sex::male, "knee_left", -all, 170, convention), legs, least);
     expect_only(scanned(201, Sex::male, "neck", 10, all, convention), {{"head", cut}}, 0.98);
@@ -113,7 +113,7 @@ TEST(LoneParts, ByOtherConventions) {
 }
 
 // Knees without ankles, shanks without knees, a belly, a chest without its shoulders: as ever, nothing.
-TEST(LoneParts, PiecesThatHoldNeitherAreNotParted) {
+TEST(LoneParts, LabelsNothingInOtherPieces) {
   for (const auto& [landmark, low, high] : {std::tuple{"knee_left", -170.0, 170.0},
                                             {"knee_left", -all, -60.0},
                                             {"hip_left", 120.0, 330.0},

@@ -10,7 +10,7 @@
 namespace borelli {
 namespace {
 
-TEST(MappingFit, IcrpOrgansLieWhereTheirNamesSay) {
+TEST(MappingFit, IcrpOrgansLieAtTheirNamedPlaces) {
   for (const std::string body : {"am", "af"}) {
     const std::string file = test::shared_folder() + "/volumes/icrp_" + body + "/" +
                              (body == "am" ? "AM" : "AF") + "_labels.nii.gz";

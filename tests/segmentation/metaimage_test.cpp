@@ -46,7 +46,7 @@ TEST(MetaImage, PlacesVoxelsByItsMatrix) {
   EXPECT_EQ(read->volume.grid.point({0, 1, 0}), Vector3d(-1.5, 2, 3));  // axis 1 against x
 }
 
-TEST(MetaImage, ScalesAsItsHeaderSays) {
+TEST(MetaImage, ScalesByItsHeader) {
   const auto read = read_changed(
       "ElementSpacing",
       "ElementToIntensityFunctionSlope = 2\nElementToIntensityFunctionOffset = 10\nElementSpacing");
@@ -54,7 +54,7 @@ TEST(MetaImage, ScalesAsItsHeaderSays) {
   EXPECT_EQ(read->volume.voxels, (std::vector<std::int16_t>{padding_hu, 10, 90, 6010}));  // -1990
 }
 
-TEST(MetaImage, RoundTripIsExactAndShearIsRefused) {
+TEST(MetaImage, RoundTripsExactlyAndRefusesShear) {
   ScratchFolder folder;
   const GreyVolume volume = noise_volume(oblique_grid(true, 0), Quantity::density_kgm3);
   ASSERT_TRUE(write_volume(folder / "a.mha", volume));

@@ -38,7 +38,7 @@ double brute_distance(const Mask& mask, std::int64_t i, std::int64_t j, std::int
   return best;
 }
 
-TEST(Morphology, DistanceIsTheNearestSetVoxels) {
+TEST(Morphology, DistanceIsToTheNearestSetVoxel) {
   const double step = 2.5;
   const Mask mask = random_mask({11, 9, 13}, step, 0.01, 3);
   const auto distance = distance_to(mask, 1000);
@@ -48,7 +48,7 @@ TEST(Morphology, DistanceIsTheNearestSetVoxels) {
   });
 }
 
-TEST(Morphology, DistancesOfEveryReachAreTheSameUpToIt) {
+TEST(Morphology, DistancesAgreeUpToTheirReach) {
   // reaches of less and of more than 127 voxels, whose squares are held in 16 and in 32 bits; rows longer
   // than a vector; and the grid's outside as near as its border
   const double step = 1.5;
@@ -73,7 +73,7 @@ TEST(Morphology, DistancesOfEveryReachAreTheSameUpToIt) {
   }
 }
 
-TEST(Morphology, DistancesOf256VoxelsAndMoreAreTheReach) {
+TEST(Morphology, DistancesFrom256VoxelsGiveTheReach) {
   Mask mask = random_mask({300, 1, 1}, 0.5, 0, 1);
   mask.at(0, 0, 0) = 1;
   const auto distance = distance_to(mask, 1000);
@@ -82,14 +82,14 @@ TEST(Morphology, DistancesOf256VoxelsAndMoreAreTheReach) {
   EXPECT_FLOAT_EQ(distance.at(299, 0, 0), 1000);
 }
 
-TEST(Morphology, DistanceIsHeldToItsReachAndMayCountTheOutside) {
+TEST(Morphology, DistanceRespectsReachAndOutside) {
   Mask mask = random_mask({9, 9, 9}, 1, 0, 1);
   EXPECT_FLOAT_EQ(distance_to(mask, 7).at(4, 4, 4), 7);
   EXPECT_FLOAT_EQ(distance_to(mask, 100, true).at(4, 4, 4), 5);
   EXPECT_FLOAT_EQ(distance_to(mask, 100, true).at(0, 4, 4), 1);
 }
 
-TEST(Morphology, DilationByABallThenErosionKeepsABall) {
+TEST(Morphology, DilationThenErosionKeepsABall) {
   Mask point = random_mask({21, 21, 21}, 1, 0, 1);
   point.at(10, 10, 10) = 1;
   const Mask ball = dilated(point, 6);
@@ -141,7 +141,7 @@ std::vector<std::size_t> spread_places(const Mask& mask, int neighbours) {
   return place;
 }
 
-TEST(Morphology, RegionsAreThoseThatSpreadingFinds) {
+TEST(Morphology, RegionsMatchFloodFill) {
   for (const double share : {0.08, 0.3, 0.7, 1.0})
     for (const int neighbours : {6, 26}) {
       const Mask mask = random_mask({19, 7, 8}, 1, share, 11);
@@ -184,7 +184,7 @@ TEST(Morphology, RegionsAreThoseThatSpreadingFinds) {
     }
 }
 
-TEST(Morphology, ReachedIsWhatSpreadsFromTheSeedsOrFromASlicesSides) {
+TEST(Morphology, ReachedVoxelsSpreadFromSeedsOrSliceSides) {
   for (const double share : {0.3, 0.6, 1.0}) {
     const Mask mask = random_mask({19, 7, 8}, 1, share, 12), seed = random_mask({19, 7, 8}, 1, 0.02, 13);
     const auto place = spread_places(mask, 6);

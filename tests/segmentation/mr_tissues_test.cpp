@@ -83,7 +83,7 @@ Drawn drawn(double spacing, double noise) {
   return d;
 }
 
-TEST(MrTissues, ClassesAndMassOfThePhantom) {
+TEST(MrTissues, GiveClassesAndMassOfThePhantom) {
   const Drawn d = drawn(3, 20);
   const auto read = read_mr(d.mr);
   ASSERT_TRUE(read) << read.error().message();
@@ -120,7 +120,7 @@ TEST(MrTissues, ClassesAndMassOfThePhantom) {
 }
 
 // The field itself, up to its mean, against the one that was drawn.
-TEST(MrTissues, BiasFieldIsTheOneDrawn) {
+TEST(MrTissues, RecoverTheDrawnBiasField) {
   const Drawn d = drawn(10, 10);
   Volume<float> mr{d.mr.grid, {d.mr.voxels.begin(), d.mr.voxels.end()}};
   Mask mask{d.mr.grid, std::vector<std::uint8_t>(mr.voxels.size())};
@@ -149,7 +149,7 @@ TEST(MrTissues, BiasFieldIsTheOneDrawn) {
   EXPECT_EQ(again->voxels, field->voxels);
 }
 
-TEST(MrTissues, BonesOfALabelMapWeighAsBones) {
+TEST(MrTissues, BonesOfALabelMapHaveBoneDensity) {
   const Drawn d = drawn(4, 15);
   ClassLabels classes;
   classes.labels.grid = d.mr.grid;
@@ -167,7 +167,7 @@ TEST(MrTissues, BonesOfALabelMapWeighAsBones) {
 }
 
 // Parts of a body in which no bone is seen, by the joints alone.
-TEST(MrTissues, PartsByLandmarksAlone) {
+TEST(MrTissues, LandmarksAloneGiveParts) {
   const Drawn d = drawn(4, 15);
   const auto read = read_mr(d.mr);
   ASSERT_TRUE(read) << read.error().message();
@@ -185,7 +185,7 @@ TEST(MrTissues, PartsByLandmarksAlone) {
   for (std::size_t n = 1; n < parts.size(); ++n) EXPECT_GT(both[n] / all[n], 0.93) << parts[n].name;
 }
 
-TEST(MrTissues, RefusesWhatIsNoMr) {
+TEST(MrTissues, RefuseOtherVolumes) {
   GreyVolume ct;
   ct.grid.size = {4, 4, 4};
   ct.voxels.assign(64, 40);
@@ -198,7 +198,7 @@ TEST(MrTissues, RefusesWhatIsNoMr) {
 }
 
 // A real knee: what is seen of it has a body's density, and no part is invented.
-TEST(MrTissues, RealKnee) {
+TEST(MrTissues, ReadARealKnee) {
   const std::string folder = test::shared_folder() + "/volumes/mr_knee_dicom";
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << "the knee scan is not beside the checkout";
   const auto scan = read_volume(folder);

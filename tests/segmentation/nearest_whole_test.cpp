@@ -8,7 +8,7 @@
 namespace borelli {
 namespace {
 
-TEST(NearestWhole, IsThatOfTheStandardLibrary) {
+TEST(NearestWhole, EqualsTheStandardLibrary) {
   for (double whole = -3; whole <= 3; ++whole)
     for (const double rest : {0.0, 0.25, 0.5, 0.75}) {
       const double x = whole + rest;

@@ -64,7 +64,7 @@ TEST_P(NiftiRoundTrip, KeepsGridVoxelsAndQuantity) {
 
 // The header's bytes as nifti1.h has them: the sform places voxel (1, 2, 3) where the grid does, in RAS; the
 // qform, where it is set, says the same by the formula of nifti1.h.
-TEST_P(NiftiRoundTrip, HeaderSaysTheSameByHand) {
+TEST_P(NiftiRoundTrip, HeaderMatchesHandWrittenBytes) {
   ScratchFolder folder;
   const Grid grid = oblique_grid(GetParam().mirrored, GetParam().sheared);
   ASSERT_TRUE(write_volume(folder / "a.nii", noise_volume(grid, Quantity::hu)));
@@ -165,7 +165,7 @@ void expect_values(std::int16_t datatype, const std::vector<T>& stored, float sl
   EXPECT_EQ(back->volume.voxels, expected) << "datatype " << datatype;
 }
 
-TEST(Nifti, EveryScalarTypeWithSlopeAndIntercept) {
+TEST(Nifti, ReadsEveryScalarTypeWithSlopeAndIntercept) {
   expect_values<std::uint8_t>(2, {0, 1, 200, 255}, 2, -100, {-100, -98, 300, 410});
   expect_values<std::int8_t>(256, {-128, 0, 1, 127}, 0, 99, {-128, 0, 1, 127});  // slope 0: no scaling
   expect_values<std::uint16_t>(512, {0, 1000, 2000, 33000}, 1, -1024, {-1024, -24, 976, 31976});
@@ -212,7 +212,7 @@ void expect_blocks(std::int16_t datatype, bool big_endian, bool packed) {
   EXPECT_EQ(back->greatest, *std::ranges::max_element(expected));
 }
 
-TEST(Nifti, VoxelsOfManyBlocksAreAllLookedOver) {
+TEST(Nifti, ChecksVoxelsOfAllBlocks) {
   for (const bool big_endian : {false, true})
     for (const bool packed : {false, true}) {
       expect_blocks<std::int16_t>(4, big_endian, packed);
@@ -221,7 +221,7 @@ TEST(Nifti, VoxelsOfManyBlocksAreAllLookedOver) {
     }
 }
 
-TEST(Nifti, MarksPaddingClampsWhatInt16CannotHoldAndSaysSo) {
+TEST(Nifti, MarksPaddingAndClampsWithWarnings) {
   ScratchFolder folder;
   HandMade file({3, 4, 5, 2, 1, 1, 1, 1}, 16, 32);
   file.sform(plain_rows);
@@ -240,7 +240,7 @@ TEST(Nifti, MarksPaddingClampsWhatInt16CannotHoldAndSaysSo) {
   EXPECT_NE(back->warnings[2].find("2 voxels (5 %) are not finite"), std::string::npos) << back->warnings[2];
 }
 
-TEST(Nifti, CtNumbersWithoutAirAreDoubtedAndThoseWith1024AddedRefused) {
+TEST(Nifti, DoubtsMissingAirAndRefusesAnAdded1024) {
   ScratchFolder folder;
   HandMade file({3, 2, 2, 1, 1, 1, 1, 1}, 512, 16);
   file.sform(plain_rows);
@@ -258,7 +258,7 @@ TEST(Nifti, CtNumbersWithoutAirAreDoubtedAndThoseWith1024AddedRefused) {
   EXPECT_NE(back->warnings[0].find("CT numbers with 1024 added"), std::string::npos);
 }
 
-TEST(Nifti, BigEndianAndUnits) {
+TEST(Nifti, ReadsBigEndianAndUnits) {
   ScratchFolder folder;
   HandMade file({3, 2, 2, 1, 1, 1, 1, 1}, 4, 16);
   file.bytes[123] = 1;  // metres
@@ -275,7 +275,7 @@ TEST(Nifti, BigEndianAndUnits) {
   EXPECT_LT(grid.axes(0, 0), 0);
 }
 
-TEST(Nifti, SformAndQformInConflictAreSaid) {
+TEST(Nifti, ReportsConflictingSformAndQform) {
   ScratchFolder folder;
   HandMade file({3, 2, 2, 1, 1, 1, 1, 1}, 4, 16);
   set_field<float>(file.bytes, 80, 2), set_field<float>(file.bytes, 84, 2),
@@ -298,7 +298,7 @@ TEST(Nifti, SformAndQformInConflictAreSaid) {
 }
 
 // Where the two forms are mirror images of each other, no reader can tell the patient's left.
-TEST(Nifti, MirroredFormsAreRefused) {
+TEST(Nifti, RefusesMirroredForms) {
   ScratchFolder folder;
   HandMade file({3, 2, 2, 1, 1, 1, 1, 1}, 4, 16);
   set_field<float>(file.bytes, 80, 2), set_field<float>(file.bytes, 84, 2),
@@ -315,7 +315,7 @@ TEST(Nifti, MirroredFormsAreRefused) {
   EXPECT_TRUE(read_volume(folder / "a.nii", as_hu));
 }
 
-TEST(Nifti, UnitsOfLength) {
+TEST(Nifti, ReadsUnitsOfLength) {
   ScratchFolder folder;
   const auto read = [&](char code, float voxel) {
     HandMade file({3, 2, 2, 1, 1, 1, 1, 1}, 4, 16);
@@ -423,7 +423,7 @@ TEST(Nifti, FlippedHeaderBytesNeverCrash) {
   EXPECT_GT(refused, 30);
 }
 
-TEST(Nifti, DamagedCompressedDataAreNamed) {
+TEST(Nifti, NamesDamagedCompressedData) {
   ScratchFolder folder;
   ASSERT_TRUE(write_volume(folder / "a.nii.gz", noise_volume(oblique_grid(false, 0), Quantity::hu)));
   const auto whole = file_bytes(folder / "a.nii.gz");
@@ -441,7 +441,7 @@ TEST(Nifti, DamagedCompressedDataAreNamed) {
   EXPECT_NE(from_flipped.error().what.find("damaged"), std::string::npos) << from_flipped.error().message();
 }
 
-TEST(Nifti, SameVolumeSameBytes) {
+TEST(Nifti, SameVolumeGivesTheSameBytes) {
   ScratchFolder folder;
   const auto volume = noise_volume(oblique_grid(false, 1), Quantity::density_kgm3);
   ASSERT_TRUE(write_volume(folder / "a.nii.gz", volume));

@@ -8,7 +8,7 @@
 namespace borelli {
 namespace {
 
-TEST(NotParted, NoPartIsWholeThatHoldsItsNeighbourNorIsThatOneAbsent) {
+TEST(NotParted, PartWithItsNeighbourIsNotWhole) {
   const auto phantom = build_phantom({});
   ASSERT_TRUE(phantom);
   GridOptions options;
@@ -47,7 +47,7 @@ TEST(NotParted, NoPartIsWholeThatHoldsItsNeighbourNorIsThatOneAbsent) {
 
 // Where one wrist lies on the other a hand's bones go to the wrong arm: neither hand passes for one, and the
 // upper arm ends at its elbow though its forearm has no wrist.
-TEST(NotParted, HandsThatMeet) {
+TEST(NotParted, TouchingHandsAreDoubted) {
   PhantomOptions options;
   options.variation = 5302;
   options.sex = Sex::female;

@@ -79,7 +79,7 @@ TEST(Nrrd, KeepsShearedGridsExactly) {
   EXPECT_EQ(voxels, volume.voxels);
 }
 
-TEST(Nrrd, SpacesUnitsAndSpacings) {
+TEST(Nrrd, ReadsSpacesUnitsAndSpacings) {
   const std::string vectors = "space directions: (2,0,0) (0,2,0) (0,0.5,3)\nspace origin: (1,2,3)\n";
   const auto in_lps = read_text(with_voxels(header("space: left-posterior-superior\n" + vectors)));
   const auto in_ras = read_text(with_voxels(header("space: RAS\n" + vectors)));
@@ -101,7 +101,7 @@ TEST(Nrrd, SpacesUnitsAndSpacings) {
   EXPECT_NE(unknown->warnings[0].find("does not state the patient's orientation"), std::string::npos);
 }
 
-TEST(Nrrd, DetachedVoxelsWithLinesAndBytesToSkip) {
+TEST(Nrrd, ReadsDetachedVoxelsWithLineAndByteSkip) {
   ScratchFolder folder;
   put_bytes(folder / "v.raw", with_voxels("a line\nanother\nxyz"));
   const auto text = [&](const std::string& skips) {
@@ -116,7 +116,7 @@ TEST(Nrrd, DetachedVoxelsWithLinesAndBytesToSkip) {
   EXPECT_EQ(at_end->volume.voxels, four);
 }
 
-TEST(Nrrd, AnAxisOfOneSampleIsLeftAside) {
+TEST(Nrrd, IgnoresAnAxisOfOneSample) {
   std::string h =
       header("space: LPS\nspace directions: none (2,0,0) (0,2,0) (0,0,3)\nspace origin: (1,2,3)\n");
   h.replace(h.find("dimension: 3"), 12, "dimension: 4"), h.replace(h.find("2 2 1"), 5, "1 2 2 1");

@@ -62,7 +62,7 @@ void expect_dice(const OneSide& of, const std::map<std::string, double>& least) 
     EXPECT_GT(agree[static_cast<std::size_t>(part_label(name))], value) << name;
 }
 
-TEST(OneSide, CutAtTheMiddle) {
+TEST(OneSide, IsSegmentedWhenCutAtTheMiddle) {
   for (const bool left : {true, false}) {
     const OneSide of = scanned(left ? 301 : 302, left ? Sex::male : Sex::female, left, 0);
     expect_own_side(of);
@@ -77,7 +77,7 @@ TEST(OneSide, CutAtTheMiddle) {
 }
 
 // The column shows where the middle is: a piece of the other thigh is told from this one.
-TEST(OneSide, CutBeyondTheMiddle) {
+TEST(OneSide, IsSegmentedWhenCutBeyondTheMiddle) {
   for (const bool left : {true, false}) {
     const OneSide of = scanned(left ? 301 : 302, left ? Sex::male : Sex::female, left, 40);
     expect_own_side(of);
@@ -94,7 +94,7 @@ TEST(OneSide, CutBeyondTheMiddle) {
 }
 
 // Half a hip and a slice of the whole other leg, whose knee is not told: its thigh is said to hold its shank.
-TEST(OneSide, CutThroughTheOtherHip) {
+TEST(OneSide, IsSegmentedWhenCutThroughTheOtherHip) {
   const OneSide of = scanned(301, Sex::male, true, 90);
   expect_own_side(of);
   expect_within_deviations(of);
@@ -105,7 +105,7 @@ TEST(OneSide, CutThroughTheOtherHip) {
 }
 
 // Neither column nor sternum nor navel is in view: where the trunk's parts end is a guess, and said to be.
-TEST(OneSide, CutBeforeTheMiddle) {
+TEST(OneSide, IsSegmentedWhenCutBeforeTheMiddle) {
   for (const bool left : {true, false}) {
     const OneSide of = scanned(left ? 301 : 302, left ? Sex::male : Sex::female, left, -40);
     expect_own_side(of);

@@ -72,7 +72,7 @@ class PartialPhantom : public ::testing::Test {
 
 // A round field of view, outside of which nothing was measured: so marked in CT numbers and in densities, it
 // cuts the same parts.
-TEST_F(PartialPhantom, NarrowViewOfDensitiesIsCutAsOfCtNumbers) {
+TEST_F(PartialPhantom, NarrowViewCutsDensitiesLikeCtNumbers) {
   GreyVolume hu = scan_->grey, density = hu;
   density.quantity = Quantity::density_kgm3;
   const Grid& g = hu.grid;
@@ -96,7 +96,7 @@ TEST_F(PartialPhantom, NarrowViewOfDensitiesIsCutAsOfCtNumbers) {
   }
 }
 
-TEST_F(PartialPhantom, CutAtTheNeckAndBelowTheKnees) {
+TEST_F(PartialPhantom, ScanFromNeckToBelowTheKneesHasCutParts) {
   using enum Coverage;
   expect_coverage(found(slice_at("knee_left", -200), slice_at("neck", 60)), {{"head", cut},
                                                                              {"upper_trunk", whole},
@@ -114,7 +114,7 @@ TEST_F(PartialPhantom, CutAtTheNeckAndBelowTheKnees) {
                                                                              {"shank_right", cut}});
 }
 
-TEST_F(PartialPhantom, LegsAlone) {
+TEST_F(PartialPhantom, LegsAloneHaveTheirParts) {
   using enum Coverage;
   const auto legs = found(0, slice_at("hip_left", 130));
   for (const char* side : {"left", "right"}) {
@@ -132,7 +132,7 @@ TEST_F(PartialPhantom, LegsAlone) {
   EXPECT_EQ(legs.part[static_cast<std::size_t>(part_label("head"))].coverage, absent);
 }
 
-TEST_F(PartialPhantom, NothingThatCanBeToldIsLabelledAndSaid) {
+TEST_F(PartialPhantom, UnrecognisableScanHasNoPartsAndAWarning) {
   // knees alone: neither hips, shoulders, ankles nor a head
   const auto knees = found(slice_at("knee_left", -150), slice_at("knee_left", 150));
   expect_coverage(knees, {});
@@ -170,7 +170,7 @@ TEST_F(PartialPhantom, ChestAndHeadHaveNoHips) {
     expect_coverage(found(slice_at("elbow_left", -30), slice_at("shoulder_left", end)), {});
 }
 
-TEST_F(PartialPhantom, LegsWhoseHipsAreCutAreNoArms) {
+TEST_F(PartialPhantom, LegsWithCutHipsAreNotArms) {
   using enum Coverage;
   // femoral heads half in view, just in view without the pelvis above, and none: flesh of the trunk is
   // doubted, where sockets about the heads do not keep the femora from being told
@@ -196,12 +196,12 @@ TEST_F(PartialPhantom, LegsWhoseHipsAreCutAreNoArms) {
   }
 }
 
-TEST_F(PartialPhantom, BellyAboveTheHipsHasNone) {
+TEST_F(PartialPhantom, BellyAboveTheHipsHasNoHips) {
   for (const double from : {0.0, 40.0})
     expect_coverage(found(slice_at("hip_left", from), slice_at("hip_left", 300)), {});
 }
 
-TEST_F(PartialPhantom, BellyWithHipsHasThem) {
+TEST_F(PartialPhantom, BellyWithHipsHasItsHips) {
   using enum Coverage;
   const auto belly = found(slice_at("hip_left", -45), slice_at("hip_left", 300));
   expect_coverage(belly,
@@ -210,7 +210,7 @@ TEST_F(PartialPhantom, BellyWithHipsHasThem) {
 }
 
 // The scan ends between armpits and humeral heads: no part holds an arm without a word, and arms are told of.
-TEST_F(PartialPhantom, ArmsWithoutShouldersDoNotPassForTrunk) {
+TEST_F(PartialPhantom, ArmsWithoutShouldersAreNotTrunk) {
   const Segmentation legs_and_arms = found(0, slice_at("shoulder_left", -12));
   for (const char* part : {"middle_trunk", "thigh_left", "thigh_right"}) {
     const auto label = static_cast<std::size_t>(part_label(part));
@@ -229,7 +229,7 @@ TEST_F(PartialPhantom, ArmsWithoutShouldersDoNotPassForTrunk) {
     })) << arm;
 }
 
-TEST_F(PartialPhantom, ForearmsThatTheScanCutsHaveNoWrists) {
+TEST_F(PartialPhantom, CutForearmsHaveNoWrists) {
   for (const double above : {8.0, 20.0}) {
     const Segmentation upper = found(slice_at("wrist_left", above), scan_->grey.grid.size[2] - 1);
     for (const std::string side : {"_left", "_right"}) {
@@ -240,7 +240,7 @@ TEST_F(PartialPhantom, ForearmsThatTheScanCutsHaveNoWrists) {
   }
 }
 
-TEST_F(PartialPhantom, CutHumeralHeadsSaySo) {
+TEST_F(PartialPhantom, CutHumeralHeadsAreReported) {
   for (const double above : {0.0, 8.0, 16.0}) {
     const Segmentation lower = found(slice_at("hip_left", -60), slice_at("shoulder_left", above));
     for (const std::string name : {"shoulder_left", "shoulder_right"}) {
@@ -254,7 +254,7 @@ TEST_F(PartialPhantom, CutHumeralHeadsSaySo) {
 
 // Pelvis in view down to below the iliac spines, heads not: thighs are what the planes through the spines
 // part off.
-TEST_F(PartialPhantom, HipsBelowTheScanAreThoseOfRegressions) {
+TEST_F(PartialPhantom, HipsBelowTheScanComeFromRegressions) {
   using enum Coverage;
   const auto first = slice_at("hip_left", 45), last = scan_->grey.grid.size[2] - 1;
   const Segmentation cut_above = found(first, last);
@@ -295,7 +295,7 @@ class PartialIcrp : public ::testing::Test {
   static inline Segmentation* whole_ = nullptr;
 };
 
-TEST_F(PartialIcrp, HipsByRegressionLieWhereHisHeadsAre) {
+TEST_F(PartialIcrp, HipsByRegressionMatchHisFemoralHeads) {
   const Vector3d head = whole_->landmarks.at("hip_left").point;
   const auto first = std::lround(scan_->grid.index(head + Vector3d(0, 0, 35))[2]);
   const Segmentation upper = found_in(cropped(*scan_, first, scan_->grid.size[2] - 1));
@@ -310,7 +310,7 @@ TEST_F(PartialIcrp, HipsByRegressionLieWhereHisHeadsAre) {
 
 // The upper 45 % and a chest: hips were once found in them, and thighs below. What of the thighs is in view
 // lies above his heads, outside the planes through the iliac spines.
-TEST_F(PartialIcrp, UpperHalfAndChestHaveNoLegsBelow) {
+TEST_F(PartialIcrp, UpperHalfAndChestHaveNoLegs) {
   const auto slices = scan_->grid.size[2];
   const auto first = slices * 55 / 100;
   for (const auto last : {slices - 1, slices * 84 / 100}) {
@@ -332,7 +332,7 @@ TEST_F(PartialIcrp, UpperHalfAndChestHaveNoLegsBelow) {
 
 // A joint whose far one is not in view: its plane halves the angle all the same. (With an elbow's plane laid
 // square to the upper arm and none at the knee they come to .69 and .96.)
-TEST(PartialBody, ForearmsAndShanksThatTheScanCutsAreHeldByTheirJoints) {
+TEST(PartialBody, CutForearmsAndShanksStayBehindTheirJoints) {
   struct Case {
     std::uint64_t variation;
     std::map<std::string, double> pose;

@@ -22,7 +22,7 @@ std::vector<std::string> known_misses(const std::string& name) {
 
 class PhantomSuite : public testing::TestWithParam<suite::Case> {};
 
-TEST_P(PhantomSuite, MissesWhatItIsKnownToMiss) {
+TEST_P(PhantomSuite, FailsOnlyKnownFailures) {
   const suite::Score score = suite::score(GetParam());
   const std::vector<std::string> known = known_misses(GetParam().name);
   for (const std::string& miss : score.misses)
@@ -35,7 +35,7 @@ TEST_P(PhantomSuite, MissesWhatItIsKnownToMiss) {
 INSTANTIATE_TEST_SUITE_P(Suite, PhantomSuite, testing::ValuesIn(suite::cases()),
                          [](const auto& made) { return made.param.name; });
 
-TEST(PhantomSuiteList, NamesOnlyCasesThatThereAre) {
+TEST(PhantomSuiteList, NamesOnlyExistingCases) {
   std::ifstream list(test::source_folder() + "/tests/suite/misses.txt");
   const auto all = suite::cases();
   for (std::string line; std::getline(list, line);)

@@ -37,7 +37,7 @@ std::vector<float> body(float middle, float spread, float air, std::size_t n = 1
   return values;
 }
 
-TEST(Quantity, CtNumbersAreRecognised) {
+TEST(Quantity, RecognisesCtNumbers) {
   const auto plain = decide(body(40, 60, -1000));
   ASSERT_TRUE(plain) << plain.error().message();
   EXPECT_EQ(plain->quantity, FileQuantity::hu);
@@ -50,13 +50,13 @@ TEST(Quantity, CtNumbersAreRecognised) {
   EXPECT_EQ(with_padding->quantity, FileQuantity::hu);
 }
 
-TEST(Quantity, DensitiesInGramsAreRecognised) {
+TEST(Quantity, RecognisesDensitiesInGrams) {
   const auto grams = decide(body(1.04f, 0.03f, 0.001f));
   ASSERT_TRUE(grams) << grams.error().message();
   EXPECT_EQ(grams->quantity, FileQuantity::density_gcm3);
 }
 
-TEST(Quantity, LabelsAreRecognised) {
+TEST(Quantity, RecognisesLabels) {
   std::vector<float> labels;
   for (const int label : {0, 3, 7, 0, 7, 16, 0}) labels.insert(labels.end(), 50, static_cast<float>(label));
   const auto read = decide(labels);
@@ -64,7 +64,7 @@ TEST(Quantity, LabelsAreRecognised) {
   EXPECT_EQ(read->quantity, FileQuantity::labels);
 }
 
-TEST(Quantity, WhatHasNoSingleReadingIsRefused) {
+TEST(Quantity, RefusesAmbiguousValues) {
   // CT numbers with 1024 added and densities in kg/m3 look alike
   EXPECT_FALSE(decide(body(1064, 60, 24)));
   // MR: whole numbers without a scale, air near 0
@@ -90,7 +90,7 @@ TEST(Quantity, WhatHasNoSingleReadingIsRefused) {
   EXPECT_EQ(refused.error().kind, Error::Kind::use);
 }
 
-TEST(Quantity, WhatIsAskedIsTakenUnlessImpossible) {
+TEST(Quantity, RequestIsUsedUnlessImpossible) {
   EXPECT_EQ(decide(body(1064, 60, 24), FileQuantity::density_kgm3)->quantity, FileQuantity::density_kgm3);
   EXPECT_EQ(decide(body(1064, 60, 24), FileQuantity::mr)->quantity, FileQuantity::mr);
   EXPECT_EQ(decide(body(1064, 60, 24), {}, "mr")->quantity, FileQuantity::mr);
@@ -101,7 +101,7 @@ TEST(Quantity, WhatIsAskedIsTakenUnlessImpossible) {
   EXPECT_FALSE(decide(std::vector<float>(100, NAN), FileQuantity::hu));
 }
 
-TEST(Quantity, AdvisesWhatTheValuesAdmit) {
+TEST(Quantity, SuggestsPossibleQuantities) {
   const auto advice = [](const std::vector<float>& values, FileQuantity asked) {
     const auto refused = decide(values, asked);
     return refused ? std::string("not refused") : refused.error().what;
@@ -130,7 +130,7 @@ TEST(Quantity, GramsBecomeKilogramsPerCubicMetre) {
 }
 
 // A file that writes NaN where its scanner saw nothing reads as one that writes a padding value there.
-TEST(Quantity, WhatIsNoNumberIsUnseenAsPaddingIs) {
+TEST(Quantity, NonFiniteValuesCountAsPadding) {
   std::vector<float> padded = body(40, 60, -1000), holes = padded;
   for (std::size_t n = 0; n < 20; ++n) padded[50 * n] = -2000, holes[50 * n] = std::nanf("");
   const auto read = [](const std::vector<float>& values, FileQuantity quantity,
@@ -167,7 +167,7 @@ TEST(Quantity, MrKeepsItsSteps) {
 }
 
 // Of pieces in any order what is found of all: also where some hold no finite value, or the least once more.
-TEST(Quantity, RangesOfPiecesMakeUpTheWholes) {
+TEST(Quantity, RangesOfBlocksCombine) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const StoredVoxels voxels = floats({nan, nan, 3, 1.5F, -7, 2, nan, -7, -7, 4, 9, 9});
   const auto expect = [&](const ValueRange& r) {
@@ -231,7 +231,7 @@ void expect_as_doubles(Scalar scalar, const std::vector<T>& raw, double slope, d
   }
 }
 
-TEST(Quantity, WholeNumbersOfFewBitsAreReadAsDoublesAre) {
+TEST(Quantity, ShortIntegersAreReadLikeDoubles) {
   std::mt19937 random(11);
   const auto numbers = [&]<class T>(T, int low, int high, std::size_t n) {
     std::uniform_int_distribution<int> value(low, high);
@@ -275,7 +275,7 @@ TEST(Quantity, NamesRoundTrip) {
 std::string shared(const std::string& name) { return test::shared_folder() + "/volumes/" + name; }
 
 // Real files, whose meaning is known from where they come.
-TEST(Quantity, RealFiles) {
+TEST(Quantity, RecognisesRealFiles) {
   const std::string am = shared("icrp_am/AM_hu.nii.gz");
   if (!std::filesystem::exists(am)) GTEST_SKIP() << "the ICRP male is not there: " << am;
   const auto hu = read_volume(am), abdomen = read_volume(shared("ct_abdomen_3mm.nii.gz")),

@@ -37,7 +37,7 @@ double volume(const LabelMap& labels, std::string_view name) {
 }
 
 // Hips that the scan's lower end cuts, and hips below it whose iliac spines are in view: thighs are thighs.
-TEST(ScanEnds, WithinTheHipsAndBelowThem) {
+TEST(ScanEnds, WithinAndBelowTheHips) {
   for (const std::uint64_t variation : {21, 58})
     for (const double above : {-22, -8, 16, 40}) {
       const ScannedBody of = scanned(variation, [&](GridOptions& grid, const auto& mark) {

@@ -33,7 +33,7 @@ std::optional<double> border(const GreyVolume& scan, double at) {
   return seen_border(ScanProfile(scan), {10, 10, 10}, {at, 10, 10}, {30, 10, 10}, 10);
 }
 
-TEST(SeenBorder, AtTheSheetOfTwoSkinsWhereverTheWayPasses) {
+TEST(SeenBorder, LiesAtTheSkinsWhereverThePathPasses) {
   for (const double middle : {16.0, 20.3, 25.0})
     for (const double at : {12.0, 18.0, 27.0}) {
       const auto found = border(layers(middle, 3.5, 40), at);
@@ -43,15 +43,15 @@ TEST(SeenBorder, AtTheSheetOfTwoSkinsWhereverTheWayPasses) {
     }
 }
 
-TEST(SeenBorder, InTheAirThatIsLeft) {
+TEST(SeenBorder, LiesInRemainingAir) {
   const auto found = border(layers(22, 3, -1000), 14);
   ASSERT_TRUE(found);
   EXPECT_NEAR(*found, 12, 1.5);
 }
 
-TEST(SeenBorder, NoneInFatAlone) { EXPECT_FALSE(border(layers(20, 4, -100), 17)); }
+TEST(SeenBorder, IsAbsentInFatAlone) { EXPECT_FALSE(border(layers(20, 4, -100), 17)); }
 
-TEST(SeenBorder, NoneWhereALayerIsHardlyDenserThanFat) { EXPECT_FALSE(border(layers(20, 4, -60), 17)); }
+TEST(SeenBorder, IsAbsentInLayersHardlyDenserThanFat) { EXPECT_FALSE(border(layers(20, 4, -60), 17)); }
 
 }  // namespace
 }  // namespace borelli

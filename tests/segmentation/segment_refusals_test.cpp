@@ -7,7 +7,7 @@
 namespace borelli {
 namespace {
 
-TEST(SegmentRefusals, LabelMapIsSentToTheLabelsOption) {
+TEST(SegmentRefusals, LabelMapNamesTheLabelsOption) {
   const auto refused = segment(noise_volume(oblique_grid(false, 0), Quantity::labels));
   ASSERT_FALSE(refused);
   EXPECT_NE(refused.error().what.find("is a label map"), std::string::npos) << refused.error().message();

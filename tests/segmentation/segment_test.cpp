@@ -73,7 +73,7 @@ TEST(Segment, NoisyPhantomOnATableAtThreeMillimetres) {
   EXPECT_TRUE(found.warnings.empty()) << found.warnings.front().text;
 }
 
-TEST(Segment, WomanBentAtElbowAndKneeOnAnObliqueTiltedMirroredGrid) {
+TEST(Segment, FlexedWomanOnAnObliqueMirroredGrid) {
   PhantomOptions options;
   options.sex = Sex::female;
   options.pose_deg = {
@@ -95,7 +95,7 @@ TEST(Segment, WomanBentAtElbowAndKneeOnAnObliqueTiltedMirroredGrid) {
   for (std::size_t n = 1; n < parts.size(); ++n) EXPECT_GT(agreement[n], 0.90) << parts[n].name;
 }
 
-TEST(Segment, DensitiesGiveThePartsThatCtNumbersGive) {
+TEST(Segment, DensitiesGiveTheSamePartsAsCtNumbers) {
   const Phantom body = phantom();
   GridOptions coarse;
   coarse.spacing = Vector3d::Constant(4);
@@ -113,7 +113,7 @@ TEST(Segment, DensitiesGiveThePartsThatCtNumbersGive) {
 
 // On a tall heavy body the ischial tubers win more votes than the heads of the femora: both hips were once
 // found 47 mm off.
-TEST(Segment, TallHeavyBodyHasItsHipsAndItsTips) {
+TEST(Segment, TallHeavyBodyHasItsHipsAndTips) {
   PhantomOptions options;
   options.stature_m = 1.95;
   options.mass_kg = 105;
@@ -203,7 +203,7 @@ TEST(Segment, HipsInNoiseOfFourMillimetres) {
   }
 }
 
-TEST(Segment, HipsOnStairsOfFourMillimetres) {
+TEST(Segment, HipsOnStairstepsOfFourMillimetres) {
   for (const Sex sex : {Sex::male, Sex::female}) {
     PhantomOptions options;
     options.sex = sex;
@@ -219,7 +219,7 @@ TEST(Segment, HipsOnStairsOfFourMillimetres) {
 }
 
 // The last guard: a knee given by hand far too high leaves a thigh that no body has.
-TEST(Segment, PartThatNoBodyHasIsNotCalledWhole) {
+TEST(Segment, ImpossiblePartIsNotWhole) {
   const Phantom body = phantom();
   GridOptions coarse;
   coarse.spacing = Vector3d::Constant(4);
@@ -238,7 +238,7 @@ TEST(Segment, PartThatNoBodyHasIsNotCalledWhole) {
 }
 
 // Air that is something else: limbs grow into it.
-TEST(Segment, PartsThatAreLargerThanAnyBodysAreTold) {
+TEST(Segment, PartsLargerThanAnyBodysAreReported) {
   const Phantom body = phantom();
   GridOptions how;
   how.spacing = Vector3d::Constant(5);
@@ -266,7 +266,7 @@ TEST(Segment, PartsThatAreLargerThanAnyBodysAreTold) {
 
 // A finger's tip is looked for in the hand alone: here the hand of a body at ease hangs beside the thigh, and
 // a plate of flesh between the two joins them.
-TEST(Segment, HandGrownOntoTheThighEndsAtItsOwnFinger) {
+TEST(Segment, HandFusedWithTheThighEndsAtItsFinger) {
   const Phantom body = phantom();
   GridOptions coarse;
   coarse.spacing = Vector3d::Constant(4);
@@ -315,7 +315,7 @@ TEST(Segment, LandmarksGivenByHandReplaceThoseFound) {
 }
 
 // The same voxels under an affine that leaves the grid's own turn out: then the body itself lies turned.
-TEST(Segment, BodyThatLiesTurnedInTheScannerIsCutAlongItsOwnAxes) {
+TEST(Segment, RotatedBodyIsCutAlongItsOwnAxes) {
   const auto body = build_phantom({});
   ASSERT_TRUE(body) << body.error().message();
   for (const Vector3d& turn : {Vector3d(0, 8, 20), Vector3d(15, 0, 0)}) {
@@ -365,7 +365,7 @@ TEST(Segment, RaisedArmsKeepTheirEpicondylesAndTheHeadItsVertex) {
 
 // A hand within the pelvis, as no scan shows it, cannot be found: what is left of it is no hand, and where it
 // ends is as little known as the whole is long.
-TEST(Segment, EndsOfAHandThatIsNotAllThereAreLessSure) {
+TEST(Segment, EndsOfAnIncompleteHandAreLessCertain) {
   PhantomOptions options;
   options.variation = 306;
   options.pose_deg = {{"shoulder_left_abduction", 45},
@@ -392,7 +392,7 @@ TEST(Segment, EndsOfAHandThatIsNotAllThereAreLessSure) {
   EXPECT_LT(found.landmarks.at("dactylion_3_right").deviation, 10);
 }
 
-TEST(Segment, WhatCannotBeSegmentedIsRefusedInWords) {
+TEST(Segment, RefusesVolumesThatCannotBeSegmented) {
   GreyVolume volume;
   volume.grid.size = {30, 30, 30};
   volume.voxels.assign(27000, -1000);
@@ -492,7 +492,7 @@ TEST(Segment, IcrpMaleHasAllPartsWithTheirOwnBones) {
 
 // The scan's end 20 mm below the femoral heads' centres cuts them: the sockets' inner balls, 14 to 25 mm off,
 // must not pass for whole heads.
-TEST(Segment, IcrpMaleCutThroughItsFemoralHeadsSaysSo) {
+TEST(Segment, IcrpMaleCutThroughHisFemoralHeadsIsReported) {
   if (!std::filesystem::exists(icrp + "AM_hu.nii.gz"))
     GTEST_SKIP() << "the ICRP male is not beside the checkout";
   const auto scan = read_volume(icrp + "AM_hu.nii.gz");

@@ -13,7 +13,7 @@ std::vector<std::string> part_names() {
   return names;
 }
 
-TEST(Segments, PartsAndGroupsByName) {
+TEST(Segments, ReadsPartsAndGroupsByName) {
   const auto choice = choose_segments("trunk, thigh_left");
   ASSERT_TRUE(choice) << choice.error().message();
   ASSERT_EQ(choice->size(), 2u);
@@ -22,7 +22,7 @@ TEST(Segments, PartsAndGroupsByName) {
   EXPECT_TRUE(choose_segments("").value().empty());
 }
 
-TEST(Segments, EveryGroupIsOfPartsAlongOneChain) {
+TEST(Segments, EveryGroupFollowsOneChain) {
   for (const SegmentGroup& group : segment_groups)
     for (std::size_t n = 0; n < group.parts.size(); ++n) {
       const int label = part_label(group.parts[n]);
@@ -32,7 +32,7 @@ TEST(Segments, EveryGroupIsOfPartsAlongOneChain) {
     }
 }
 
-TEST(Segments, WhatIsNoneIsRefusedInOneSentence) {
+TEST(Segments, RefusesUnknownNamesInOneSentence) {
   const std::map<std::string, std::vector<std::string>> said{
       {"thigh", {"'thigh'", "thigh_left", "arm_right", "trunk"}},
       {"head,,hand_left", {"unknown segment ''"}},
@@ -48,14 +48,14 @@ TEST(Segments, WhatIsNoneIsRefusedInOneSentence) {
   }
 }
 
-TEST(Segments, OfALabelMapOfOthersItsOwnNames) {
+TEST(Segments, ForeignLabelMapsKeepTheirNames) {
   const std::vector<std::string> names{"outside", "liver", "", "trunk"};
   EXPECT_EQ(choose_segments("liver,trunk", names).value().at(1).of, std::vector<std::string>{"trunk"});
   EXPECT_FALSE(choose_segments("thigh_left", names));
   EXPECT_FALSE(choose_segments("arm_left", names));
 }
 
-TEST(Segments, LabelsOfThoseAloneUnderTheirOwnNumbers) {
+TEST(Segments, LabelsOfChosenSegmentsKeepTheirNumbers) {
   LabelMap all;
   all.grid.size = {17, 1, 1};
   for (std::uint8_t label = 0; label < 17; ++label) all.voxels.push_back(label);
@@ -70,7 +70,7 @@ TEST(Segments, LabelsOfThoseAloneUnderTheirOwnNumbers) {
   EXPECT_EQ(labels_of_segments(all, {}).voxels, all.voxels);
 }
 
-TEST(Segments, HangOnTheSegmentThatHoldsTheirParent) {
+TEST(Segments, AttachToTheSegmentOfTheirParent) {
   const auto parents = [](std::vector<std::string> present) {
     std::map<std::string_view, std::pair<std::string_view, std::string_view>> by_name;
     for (const Part& part : segment_tree(present)) by_name[part.name] = {part.parent, part.joint};

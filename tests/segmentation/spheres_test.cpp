@@ -58,7 +58,7 @@ TEST(Spheres, SphereThroughItsPointsIsExact) {
   EXPECT_FALSE(sphere_through(points)) << "coplanar points have no sphere";
 }
 
-TEST(Spheres, HeadOnAShaftIsVotedForAndMeasured) {
+TEST(Spheres, FindsAndMeasuresAHeadOnAShaft) {
   const Vector3d centre(1.3, 2.1, -6.4);
   const Scene scene = ball_on_shaft(centre, 24, 3);
   const auto votes = vote_balls(scene.hu, scene.bone, 17, 29, 15);
@@ -71,7 +71,7 @@ TEST(Spheres, HeadOnAShaftIsVotedForAndMeasured) {
   EXPECT_NEAR(balls[0].radius, 24, 0.5);
 }
 
-TEST(Spheres, NothingIsFittedWhereNoBallIs) {
+TEST(Spheres, FitsNothingWithoutABall) {
   Scene scene = ball_on_shaft(Vector3d(0, 0, 0), 24, 3);
   for (auto& v : scene.hu.voxels) v = 40;
   EXPECT_TRUE(fit_balls(scan_of(scene), Vector3d(0, 0, 0), 15, 31).empty());

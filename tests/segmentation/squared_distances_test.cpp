@@ -45,7 +45,7 @@ void expect_nearest(const std::array<std::int64_t, 3>& size, double share, Word 
 }
 
 // lines that fill vectors of each width, and some that do not
-TEST(SquaredDistances, AreThoseToTheNearestVoxelInVectorsOfEachWidth) {
+TEST(SquaredDistances, AreExactForEveryVectorWidth) {
   for (const std::int64_t width : {5, 32, 45, 70})
     for (const double share : {0.004, 0.3, 0.996}) {
       expect_nearest<std::uint16_t>({width, 7, 9}, share, 400);
@@ -54,7 +54,7 @@ TEST(SquaredDistances, AreThoseToTheNearestVoxelInVectorsOfEachWidth) {
 }
 
 // one voxel set, in a corner: its three neighbours are nearer than the cap
-TEST(SquaredDistances, AreCappedWhereNothingIsNear) {
+TEST(SquaredDistances, AreCappedFarFromSetVoxels) {
   for (const int bytes : {16, 32, 64}) {
     Volume<std::uint8_t> mask;
     mask.grid.size = {40, 40, 40};

@@ -28,7 +28,7 @@ SegmentationVerdict verdict_on(Segmentation found) {
 
 std::size_t label(std::string_view part) { return static_cast<std::size_t>(part_label(part)); }
 
-TEST(Verdict, IsGoodOfEveryBodyThatTheSampleDraws) {
+TEST(Verdict, IsGoodForEverySampleBody) {
   for (const bool child : {false, true})
     for (const double mass : {0.0, child ? 19.0 : 60.0, child ? 24.0 : 110.0}) {
       PhantomOptions options;
@@ -40,7 +40,7 @@ TEST(Verdict, IsGoodOfEveryBodyThatTheSampleDraws) {
     }
 }
 
-TEST(Verdict, StatureIsTheBodysOwn) {
+TEST(Verdict, StatureMatchesTheBody) {
   for (const double stature : {1.5, 1.741, 1.95}) {
     PhantomOptions options;
     options.stature_m = stature;
@@ -85,7 +85,7 @@ TEST(Verdict, DoubtsWhatTheDocstringSays) {
       << in_words(verdict_on(found));
 }
 
-TEST(Verdict, NamesTheWorstReasonFirstAndRefusesWhatHasNoPart) {
+TEST(Verdict, NamesTheWorstReasonFirstAndRefusesWithoutParts) {
   Segmentation found = exact_body();
   found.part[label("hand_left")].volume *= 1.3;
   found.part[label("head")].volume = 80.5e6;

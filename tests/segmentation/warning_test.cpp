@@ -5,7 +5,7 @@
 namespace borelli {
 namespace {
 
-TEST(Warnings, OfOneHeadAreOneSentenceTheGravestFirst) {
+TEST(Warnings, OfOneReasonAreJoinedWorstFirst) {
   const std::string differ = "left and right differ in volume";
   const std::vector<Warning> all{
       {WarningKind::joint, Severity::note, "voxels of 8.0 mm are large"},
@@ -22,7 +22,7 @@ TEST(Warnings, OfOneHeadAreOneSentenceTheGravestFirst) {
                                       "the body lies turned", "voxels of 8.0 mm are large"}));
 }
 
-TEST(Warnings, ItemsOfOneReasonStandTogether) {
+TEST(Warnings, ItemsOfOneReasonAreListedTogether) {
   const std::string head = "uncertain";
   std::vector<Warning> all{joined_warning(WarningKind::part, Severity::doubt, head, "head", "no neck"),
                            joined_warning(WarningKind::part, Severity::fault, head, "hand left", "too large"),

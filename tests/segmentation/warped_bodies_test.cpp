@@ -56,7 +56,7 @@ TEST(WarpedBodies, MaleAtRestKeepsMassAndLandmarks) {
   expect_rest_mass(*body, 72.991);
 }
 
-TEST(WarpedBodies, KneeTurnsShankBonesRigidly) {
+TEST(WarpedBodies, KneeRotatesShankBonesRigidly) {
   NEED_BODY(body, "af");
   Motion motion;
   motion.turn[joint_index("knee_left")] = {1.0, 0.1, 0};
@@ -81,7 +81,7 @@ TEST(WarpedBodies, KneeTurnsShankBonesRigidly) {
   EXPECT_GT(still, 100000);
 }
 
-TEST(WarpedBodies, SegmentsGetTheLengthsAsked) {
+TEST(WarpedBodies, SegmentsGetTheRequestedLengths) {
   NEED_BODY(body, "af");
   Motion motion;
   motion.length[part_at("thigh_left")] = 1.1, motion.length[part_at("forearm_right")] = 0.9;

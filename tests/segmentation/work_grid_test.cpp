@@ -15,7 +15,7 @@ namespace {
 using Eigen::Vector3d;
 
 // a field that is linear in space is kept by trilinear interpolation and by means over boxes alike
-TEST(WorkGrid, LinearFieldIsKeptFromObliqueMirroredAndShearedGrids) {
+TEST(WorkGrid, KeepsALinearFieldOfAnyGrid) {
   const Vector3d slope(2, -3, 1.5);
   for (const bool mirrored : {false, true})
     for (const double shear : {0.0, 1.2}) {
@@ -45,7 +45,7 @@ TEST(WorkGrid, LinearFieldIsKeptFromObliqueMirroredAndShearedGrids) {
     }
 }
 
-TEST(WorkGrid, LeftIsLeftWhateverTheFilesOrder) {
+TEST(WorkGrid, LeftIsLeftInAnyVoxelOrder) {
   // one bright voxel at the patient's left, front and top, in grids whose axes run every way
   for (int flips = 0; flips < 8; ++flips) {
     GreyVolume volume;
@@ -71,7 +71,7 @@ TEST(WorkGrid, LeftIsLeftWhateverTheFilesOrder) {
   }
 }
 
-TEST(WorkGrid, PaddingAndWhatLiesBeyondTheGridIsUnseen) {
+TEST(WorkGrid, PaddingAndTheOutsideAreUnseen) {
   GreyVolume volume;
   volume.grid.size = {20, 20, 20};
   volume.grid.axes = 3 * Eigen::Matrix3d::Identity();
@@ -90,7 +90,7 @@ TEST(WorkGrid, PaddingAndWhatLiesBeyondTheGridIsUnseen) {
 }
 
 // along the patient's axes means are not taken sample by sample
-TEST(WorkGrid, GridsAlongThePatientsAxesGiveTheMeanOfTheirSamples) {
+TEST(WorkGrid, AlignedGridsAverageTheirSamples) {
   std::mt19937 random(3);
   for (const Vector3d& spacing : {Vector3d(1.3, -0.9, 2.1), Vector3d(-3.1, 2.9, -0.5), Vector3d(6, 6, 6)}) {
     GreyVolume volume;
@@ -140,7 +140,7 @@ TEST(WorkGrid, GridsAlongThePatientsAxesGiveTheMeanOfTheirSamples) {
   }
 }
 
-TEST(WorkGrid, DensitiesStandForTheirCtNumbers) {
+TEST(WorkGrid, DensitiesBecomeCtNumbers) {
   EXPECT_EQ(hu_of(77, Quantity::hu), 77);
   EXPECT_EQ(hu_of(0, Quantity::density_kgm3), -1000);
   EXPECT_EQ(hu_of(1000, Quantity::density_kgm3), 0);

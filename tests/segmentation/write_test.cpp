@@ -10,7 +10,7 @@
 namespace borelli {
 namespace {
 
-TEST(Write, NamesWhatIsInTheWay) {
+TEST(Write, NamesAnObstacle) {
   ScratchFolder folder;
   const GreyVolume volume = noise_volume(oblique_grid(false, 0), Quantity::hu);
   const auto refusal = [&](const std::string& path) {
@@ -29,7 +29,7 @@ TEST(Write, NamesWhatIsInTheWay) {
 }
 
 // /dev/full takes bytes and has no room for them, as a full disk does
-TEST(Write, AFullDiskIsNamed) {
+TEST(Write, NamesAFullDisk) {
   ScratchFolder folder;
   for (const std::string name : {"a.nii", "a.nii.gz", "a.nrrd", "a.mha"}) {
     std::filesystem::create_symlink("/dev/full", folder / name);
@@ -40,7 +40,7 @@ TEST(Write, AFullDiskIsNamed) {
   }
 }
 
-TEST(Read, NamesWhatIsInTheWay) {
+TEST(Read, NamesMissingAndWrongFiles) {
   ScratchFolder folder;
   put_bytes(folder / "a.jpg", {'x'});
   put_bytes(folder / "secret.nii", {'x'});

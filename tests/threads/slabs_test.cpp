@@ -8,7 +8,7 @@
 namespace borelli {
 namespace {
 
-TEST(Slabs, WhatOneThrowsReachesTheCallerOnceAllHaveEnded) {
+TEST(Slabs, ExceptionReachesTheCallerAfterAllHaveEnded) {
   for (const int threads : {1, 2}) {
     std::atomic<int> ended = 0;
     EXPECT_THROW(in_slabs(2, threads,
@@ -22,7 +22,7 @@ TEST(Slabs, WhatOneThrowsReachesTheCallerOnceAllHaveEnded) {
   }
 }
 
-TEST(Slabs, EachIsDoneOnce) {
+TEST(Slabs, EachIsProcessedOnce) {
   for (const int threads : {0, 1, 3})
     for (const std::int64_t count : {0, 1, 2, 63, 64, 65, 1000}) {
       std::vector<std::atomic<int>> in_slab(count), in_turn(count);
@@ -41,7 +41,7 @@ TEST(Slabs, EachIsDoneOnce) {
 }
 
 // `--threads` of the program counts for all that shares work, whoever asks for all there are.
-TEST(Slabs, AllThreadsAreAsManyAsTheProgramWasTold) {
+TEST(Slabs, UsesTheRequestedNumberOfThreads) {
   const int before = all_threads;
   for (const int told : {1, 3}) {
     all_threads = told;

@@ -46,7 +46,7 @@ std::string refusal(const std::filesystem::path& path) {
   return read ? "read" : read.error().message();
 }
 
-TEST(MjcfAssemble, AFrameMovesWhatItHolds) {
+TEST(MjcfAssemble, FrameMovesItsChildren) {
   // (a body without a joint does what a frame does)
   expect_same_motion_of(
       model("<frame pos='1 0 0' euler='0 0 90'><body pos='0 2 0' euler='0 20 0'>" + weight +
@@ -66,7 +66,7 @@ TEST(MjcfAssemble, AFrameMovesWhatItHolds) {
             "<geom type='box' size='.1 .2 .3' pos='.5 0 1' euler='0 90 0' density='500'/></body>"));
 }
 
-TEST(MjcfAssemble, ReplicateMovesEachCopyOn) {
+TEST(MjcfAssemble, ReplicateMovesEachCopyFurther) {
   const std::string body = "<joint axis='0 1 0'/>" + weight + "</body>";
   expect_same_motion_of(
       model("<replicate count='3' offset='1 0 0' euler='0 0 90'><body pos='.2 0 0'>" + body + "</replicate>"),
@@ -74,7 +74,7 @@ TEST(MjcfAssemble, ReplicateMovesEachCopyOn) {
             "</body><body pos='1 1 0' euler='0 0 180'><body pos='.2 0 0'>" + body + "</body>"));
 }
 
-TEST(MjcfAssemble, ReplicateNamesItsCopiesAndWhatRefersToThem) {
+TEST(MjcfAssemble, ReplicateRenamesCopiesAndReferences) {
   const Folder folder;
   // the example of MuJoCo's XML reference
   const Scene scene =
@@ -97,7 +97,7 @@ TEST(MjcfAssemble, ReplicateNamesItsCopiesAndWhatRefersToThem) {
   EXPECT_NE(said.find("joins objects that <replicate>"), std::string::npos) << said;
 }
 
-TEST(MjcfAssemble, AttachReadsTheOtherModelByItsOwnCompiler) {
+TEST(MjcfAssemble, AttachedModelUsesItsOwnCompiler) {
   const Folder folder;
   folder.write(
       "parts/arm.xml",
@@ -193,14 +193,14 @@ void expect_box(const Inertial& own) {  // of edges 2, 1 and 1/2, by hand
             1e-12);
 }
 
-TEST(MjcfMeshes, PointsAreTheirHull) {
+TEST(MjcfMeshes, PointsGiveTheirConvexHull) {
   expect_box(body_of_mesh("vertex='" + box_corners + " .5 .5 .3 1 .2 .1'"));
   const auto flat = convex_hull({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {.3, .2, 0}});
   ASSERT_FALSE(flat);
   EXPECT_NE(flat.error().what.find("one plane"), std::string::npos);
 }
 
-TEST(MjcfMeshes, MujocosOwnFilesHoldPointsAndTriangles) {
+TEST(MjcfMeshes, ReadsMujocosMshFiles) {
   std::string bytes;
   const auto put = [&](auto value) { bytes.append(reinterpret_cast<const char*>(&value), sizeof value); };
   for (const std::int32_t count : {8, 0, 8, 0})
@@ -219,7 +219,7 @@ TEST(MjcfMeshes, MujocosOwnFilesHoldPointsAndTriangles) {
   EXPECT_NE(said.find("bytes, expected"), std::string::npos) << said;
 }
 
-TEST(MjcfMeshes, TheRuleOfInertiaIsTheFilesOwn) {
+TEST(MjcfMeshes, FileChoosesTheInertiaRule) {
   // an L of two arms of 4 m by 1 m, 1 m high: it encloses 7, its hull 11.5
   const std::string outline =
       "vertex='0 0 0 4 0 0 4 1 0 1 1 0 1 4 0 0 4 0 0 0 1 4 0 1 4 1 1 1 1 1 1 4 1 0 4 1' face='"
@@ -255,7 +255,7 @@ TEST(MjcfMeshes, TheRuleOfInertiaIsTheFilesOwn) {
   EXPECT_NE(legacy.not_modelled.other[0].find(" m^3 for 7 m^3 (inertia"), std::string::npos);
 }
 
-TEST(MjcfMeshes, FormsAreFittedToMeshes) {
+TEST(MjcfMeshes, FitsGeomsToMeshes) {
   const Folder folder;
   const auto form = [&](const std::string& type, const std::string& compiler) {
     const Scene scene =
@@ -278,7 +278,7 @@ TEST(MjcfMeshes, FormsAreFittedToMeshes) {
 
 // ---- bounds ----
 
-TEST(MjcfBounds, WhatGrowsWithoutEndIsRefusedAtOnce) {
+TEST(MjcfBounds, EndlessGrowthIsRefusedAtOnce) {
   const Folder folder;
   for (int i = 0; i < 26; ++i) {
     const std::string next = fmt::format("b{}.xml", i + 1);
@@ -303,7 +303,7 @@ TEST(MjcfBounds, WhatGrowsWithoutEndIsRefusedAtOnce) {
   }
 }
 
-TEST(MjcfBounds, DepthCountsOverIncludes) {
+TEST(MjcfBounds, DepthIncludesIncludedFiles) {
   const Folder folder;
   std::string open, close;
   for (int i = 0; i < 1000; ++i) open += "<body>", close += "</body>";
@@ -316,7 +316,7 @@ TEST(MjcfBounds, DepthCountsOverIncludes) {
   EXPECT_NE(said.find("nested deeper than"), std::string::npos) << said;
 }
 
-TEST(MjcfBounds, MorePairsThanMemoryHoldsAreRefusedWithAWayRound) {
+TEST(MjcfBounds, TooManyPairsAreRefusedWithAWorkaround) {
   const Folder folder;
   const auto crowd = [&](const std::string& option) {
     return refusal(
@@ -330,7 +330,7 @@ TEST(MjcfBounds, MorePairsThanMemoryHoldsAreRefusedWithAWayRound) {
 
 // ---- what is not modelled ----
 
-TEST(MjcfOmissions, WhatChangesTheMotionStandsApartByNameAndCount) {
+TEST(MjcfOmissions, ThatChangeTheMotionAreListedByNameAndCount) {
   const Folder folder;
   const NotModelled found =
       need(read_model(folder.write(

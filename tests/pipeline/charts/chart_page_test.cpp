@@ -17,7 +17,7 @@ TEST(ChartPage, PolicyForbidsLoadingAnything) {
   EXPECT_EQ(page.find("src="), std::string::npos);
 }
 
-TEST(ChartPage, CsvTextIsNoFormula) {
+TEST(ChartPage, CsvTextIsNeverAFormula) {
   EXPECT_EQ(csv_text("=1+\"1\""), "\"'=1+\"\"1\"\"\"");
   EXPECT_EQ(csv_text("off by -1"), "\"off by -1\"");
 }

@@ -7,7 +7,7 @@
 namespace borelli {
 namespace {
 
-TEST(InputNames, TakesFoldersOutOfTexts) {
+TEST(InputNames, RemovesFoldersFromTexts) {
   const TestFolder folder;
   std::filesystem::create_directories(folder / "DOE_JANE/slices");
   const std::string scan = folder.write("DOE_JANE/ct.nii.gz", ""), slices = folder / "DOE_JANE/slices",
@@ -29,7 +29,7 @@ TEST(InputNames, TakesFoldersOutOfTexts) {
   EXPECT_EQ(kept.without_folders(scan + ": odd"), scan + ": odd");
 }
 
-TEST(InputNames, LeavesWordsThatAreNoPaths) {
+TEST(InputNames, KeepsWordsThatAreNoPaths) {
   const TestFolder folder;
   const auto before = std::filesystem::current_path();
   std::filesystem::create_directories(folder / "scan/m");

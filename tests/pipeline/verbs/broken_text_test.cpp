@@ -42,7 +42,7 @@ std::vector<std::string> said_of_json(const std::string& text) {
   return said;
 }
 
-TEST(BrokenText, EveryReaderOfJsonTellsFileAndPlace) {
+TEST(BrokenText, EveryJsonReaderNamesFileAndPlace) {
   for (const auto& [text, place] : std::initializer_list<std::pair<std::string, std::string>>{
            {"{\"a\":\n [1, 2", "f.json:2: is not JSON: it ends too early"},
            {"{\"a\":\n 1e999}", "f.json:2: the number 1e999 is too large"},
@@ -55,7 +55,7 @@ TEST(BrokenText, EveryReaderOfJsonTellsFileAndPlace) {
     }
 }
 
-TEST(BrokenText, EveryReaderOfTomlRefusesDeepNesting) {
+TEST(BrokenText, EveryTomlReaderRefusesDeepNesting) {
   const TestFolder folder;
   for (const std::string& text :
        {"x = 1\n" + repeated("a.", 100'000) + "a = 1", "x = 1\n[" + repeated("a.", 100'000) + "a]",
@@ -91,7 +91,7 @@ TEST(BrokenText, NamesFindingsOfAWrongType) {
   }
 }
 
-TEST(BrokenText, PathsThatAreTooLongEndInASentence) {
+TEST(BrokenText, TooLongPathsAreRefusedInOneSentence) {
   const std::string far = "/" + repeated("long", 2000);
   for (const std::string verb :
        {"info ", "report ", "simulate ", "economy ", "skeleton --landmarks x -o x.toml "}) {

@@ -19,7 +19,7 @@ std::string small_scan(const TestFolder& folder) {
       .string();
 }
 
-TEST(InputFiles, WhatAMessageQuotesCannotSteerTheTerminal) {
+TEST(InputFiles, QuotedTextCannotControlTheTerminal) {
   const ProgramRun run = run_program("info '\x1b[31mred.nii'");
   EXPECT_EQ(run.code, 2);
   EXPECT_EQ(run.err, "borelli: ?[31mred.nii: no such file or folder\n");
@@ -70,7 +70,7 @@ TEST(InputFiles, PipesAndDevicesAreRefusedAtOnce) {
     }
 }
 
-TEST(MaxMemory, IsAnAmountOnTheCommandLineOrInTheSettings) {
+TEST(MaxMemory, IsReadFromCommandLineAndSettings) {
   const TestFolder folder;
   const std::string scan = small_scan(folder);
   for (const char* wrong : {"4X", "much", "10M"}) {
@@ -86,7 +86,7 @@ TEST(MaxMemory, IsAnAmountOnTheCommandLineOrInTheSettings) {
 }
 
 // Grids of more voxels than fit, each named by its size before memory is taken for it.
-TEST(MaxMemory, WhatNeedsMoreIsRefusedAtOnce) {
+TEST(MaxMemory, LargerRequestsAreRefusedAtOnce) {
   const TestFolder folder;
   const std::string out = (folder / "out").string();
   ProgramRun said = run_program("phantom --spacing 0.2 --max-memory 8G -o " + out + ".nii.gz", "timeout 30");

@@ -5,7 +5,7 @@
 namespace borelli::program_test {
 namespace {
 
-TEST(Program, AlonePrintsItsHelp) {
+TEST(Program, WithoutArgumentsPrintsItsHelp) {
   const ProgramRun alone = run_program(""), asked = run_program("--help");
   EXPECT_EQ(alone.code, 0);
   EXPECT_EQ(alone.out, asked.out);
@@ -13,7 +13,7 @@ TEST(Program, AlonePrintsItsHelp) {
   EXPECT_EQ(alone.err, "");
 }
 
-TEST(Program, NamesTheVerbThatAMistypedOneStandsFor) {
+TEST(Program, SuggestsTheVerbForAMistypedOne) {
   const ProgramRun near = run_program("simulat scene.toml");
   EXPECT_EQ(near.code, 2);
   EXPECT_EQ(near.err, "borelli: simulat: unknown verb; did you mean simulate?\n");

@@ -136,7 +136,7 @@ TEST_F(Warnings, ReachTheUserOfARunThatFails) {
 }
 
 // Voxels a quarter as long: 75 kg become 1.2 kg, of a scan that holds the whole body.
-TEST_F(Warnings, ABodyTooLightForAPersonIsNotWholeWithoutAWord) {
+TEST_F(Warnings, TooLightBodyIsWarnedOf) {
   Scan scan = scan_of_body();
   scan.grey.grid.axes /= 4, scan.labels.grid.axes /= 4;
   scan.grey.grid.origin /= 4, scan.labels.grid.origin /= 4;
@@ -163,7 +163,7 @@ TEST_F(Warnings, OfVolumesReachEconomy) {
   expect_in_files({"e/economy.html"}, {said});
 }
 
-TEST(WarningsOfScenes, WhatIsNotModelledIsInTheAnswerOfEveryVerb) {
+TEST(WarningsOfScenes, UnmodelledElementsAreInEveryVerbsAnswer) {
   const TestFolder folder;
   const std::string file = folder.write(
       "arm.urdf",
@@ -186,7 +186,7 @@ TEST(WarningsOfScenes, WhatIsNotModelledIsInTheAnswerOfEveryVerb) {
   }
 }
 
-TEST(WarningsOfScenes, StandOnTheirPages) {
+TEST(WarningsOfScenes, AppearOnTheirPages) {
   const TestFolder folder;
   const std::string file =
       folder.write("tendon.xml",

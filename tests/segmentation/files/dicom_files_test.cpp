@@ -42,7 +42,7 @@ void put_placeholders(const ScratchFolder& folder) {
   fs::create_symlink("../.git/annex/objects/xx/yy/MD5E-s525382--00.dcm", folder / "datalad.dcm");
 }
 
-TEST(DicomFiles, WhatOnlyStandsForAPictureIsLeftAsideAndSaid) {
+TEST(DicomFiles, IgnoresPlaceholderFilesWithANote) {
   const ScratchFolder folder;
   write_slices(folder.path(), 0, 5);
   put_placeholders(folder);
@@ -57,7 +57,7 @@ TEST(DicomFiles, WhatOnlyStandsForAPictureIsLeftAsideAndSaid) {
   EXPECT_EQ(read->warnings[2], "._0.dcm holds macOS metadata (._*) and no image; ignored");
 }
 
-TEST(DicomFiles, AFolderOfNothingElseNamesThem) {
+TEST(DicomFiles, FolderOfPlaceholdersNamesThem) {
   const ScratchFolder folder;
   put_placeholders(folder);
   for (const auto& refusal : {read_volume(folder.path()).error(), read_labels(folder.path()).error()}) {
@@ -68,7 +68,7 @@ TEST(DicomFiles, AFolderOfNothingElseNamesThem) {
   }
 }
 
-TEST(DicomFiles, FoldersBehindLinksAreFollowedOnce) {
+TEST(DicomFiles, FollowsLinkedFoldersOnce) {
   const ScratchFolder folder, elsewhere;
   write_slices(elsewhere.path(), 0, 6);
   fs::create_directory(folder / "a");
@@ -86,7 +86,7 @@ TEST(DicomFiles, FoldersBehindLinksAreFollowedOnce) {
   EXPECT_TRUE(read->warnings.empty()) << read->warnings.front();
 }
 
-TEST(DicomFiles, DecimalCommasAreNamed) {
+TEST(DicomFiles, NamesDecimalCommas) {
   const auto refusal = [](const std::function<void(TestSlice&)>& change) {
     const ScratchFolder folder;
     for (int k = 0; k < 3; ++k) {

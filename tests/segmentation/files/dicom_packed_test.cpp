@@ -45,7 +45,7 @@ std::string refusal(const std::string& stream, std::size_t width, std::size_t pi
       unpack_rle(std::as_bytes(std::span(stream)), width, std::as_writable_bytes(std::span(to))));
 }
 
-TEST(DicomRle, RunsAndLiterals) {
+TEST(DicomRle, DecodesRunsAndLiterals) {
   // three literals, no operation, 'z' five times, two literals
   const std::string segment = "\2abc\x80\xFCz\1xy";
   EXPECT_EQ(unpacked(rle_header({64}) + segment, 1, 10), "abczzzzzxy");
@@ -58,7 +58,7 @@ TEST(DicomRle, RunsAndLiterals) {
   EXPECT_EQ(unpacked(rle_header({64}) + long_run, 1, 256), std::string(128, 'q') + std::string(128, 'r'));
 }
 
-TEST(DicomRle, DamagedStreamsAreRefused) {
+TEST(DicomRle, RefusesDamagedStreams) {
   const std::string whole = rle_header({64, 66}) + "\xFEH\2abc";
   ASSERT_EQ(unpacked(whole, 2, 3), "aHbHcH");
   for (std::size_t cut = 0; cut < whole.size(); ++cut)
@@ -103,7 +103,7 @@ constexpr std::array syntaxes{gdcm::TransferSyntax::RLELossless,
                               gdcm::TransferSyntax::JPEGLosslessProcess14_1,
                               gdcm::TransferSyntax::JPEGLSLossless, gdcm::TransferSyntax::JPEG2000Lossless};
 
-TEST(DicomPacked, EverySyntaxHoldsTheSamePixels) {
+TEST(DicomPacked, EverySyntaxGivesTheSamePixels) {
   for (const auto syntax : syntaxes) {
     const ScratchFolder folder;
     for (int k = 0; k < 3; ++k) write_packed(folder / std::to_string(k), k, syntax);
@@ -117,7 +117,7 @@ TEST(DicomPacked, EverySyntaxHoldsTheSamePixels) {
 }
 
 // Codecs of libraries run in a child process that decodes several slices; RLE needs none.
-TEST(DicomPacked, CodecsRunInAProcessOfTheirOwn) {
+TEST(DicomPacked, CodecsRunInTheirOwnProcess) {
   const auto children = [](gdcm::TransferSyntax::TSType syntax) {
     const ScratchFolder folder;
     for (int k = 0; k < 40; ++k) write_packed(folder / std::to_string(k), k, syntax);
@@ -152,7 +152,7 @@ TEST(DicomPacked, DamagedPixelsNeverEndTheProgram) {
   }
 }
 
-TEST(DicomPacked, RleWithoutSegmentsIsRefused) {
+TEST(DicomPacked, RefusesRleWithoutSegments) {
   const std::string path = test::shared_folder() + "/cases/rle_sigfpe";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "the case is not there: " << path;
   const auto read = read_volume(path);
@@ -188,7 +188,7 @@ std::string data_set_of(const std::string& path) {
   return text.substr(144 + meta);
 }
 
-TEST(DicomPacked, DeflatedDataSetsAreRead) {
+TEST(DicomPacked, ReadsDeflatedDataSets) {
   const ScratchFolder plain, folder;
   for (int k = 0; k < 3; ++k) {
     TestSlice slice;
@@ -214,7 +214,7 @@ TEST(DicomPacked, DeflatedDataSetsAreRead) {
 }
 
 // 100 kB that inflate to a 100 MB value of no use.
-TEST(DicomPacked, DeflatedBombsAreRefused) {
+TEST(DicomPacked, RefusesDecompressionBombs) {
   const ScratchFolder folder;
   const std::uint32_t length = 100'000'000;
   write_deflated(folder / "0",

@@ -47,7 +47,7 @@ std::vector<std::int16_t> values(const ScannedVolume& scan) {
   return along;
 }
 
-TEST(DicomVolumes, SlicesOfOneInstanceUidAtOtherPlacesAreAllKept) {
+TEST(DicomVolumes, KeepsSlicesWithOneInstanceUidAtDifferentPositions) {
   for (const int group : {2, 10, 61}) {
     const ScratchFolder folder;
     for (int k = 0; k < 61; ++k) {
@@ -64,7 +64,7 @@ TEST(DicomVolumes, SlicesOfOneInstanceUidAtOtherPlacesAreAllKept) {
   }
 }
 
-TEST(DicomVolumes, SlicesSentTwiceUnderNewUidsAreCopies) {
+TEST(DicomVolumes, RecognisesResentSlicesAsCopies) {
   const ScratchFolder folder;
   for (const int time : {0, 1})
     for (int k = 0; k < 9; ++k) {
@@ -79,7 +79,7 @@ TEST(DicomVolumes, SlicesSentTwiceUnderNewUidsAreCopies) {
 }
 
 // The same pixels under another scaling are another picture.
-TEST(DicomVolumes, CopiesHaveTheSameScaling) {
+TEST(DicomVolumes, CopiesNeedTheSameScaling) {
   const ScratchFolder folder;
   for (int k = 0; k < 4; ++k) write_slice(folder / name_of(k), flat(k, 3 * k, 1000 + k));
   TestSlice other = flat(2, 6, 1002);
@@ -91,7 +91,7 @@ TEST(DicomVolumes, CopiesHaveTheSameScaling) {
       << read.error().message();
 }
 
-TEST(DicomVolumes, SlicesWithASeriesEachAreOneSeries) {
+TEST(DicomVolumes, JoinsSlicesWithOneSeriesEach) {
   for (const int times : {1, 2}) {
     const ScratchFolder folder;
     for (int time = 0; time < times; ++time)
@@ -111,7 +111,7 @@ TEST(DicomVolumes, SlicesWithASeriesEachAreOneSeries) {
 }
 
 // Overwritten positions: the slice spacing is unknown.
-TEST(DicomVolumes, SlicesOfOnePositionAndOtherLocationsAreRefused) {
+TEST(DicomVolumes, RefusesSlicesOfOnePositionWithDifferentLocations) {
   const ScratchFolder folder;
   for (int k = 0; k < 4; ++k) {
     TestSlice slice = flat(k, 0, 1000 + k);
@@ -126,7 +126,7 @@ TEST(DicomVolumes, SlicesOfOnePositionAndOtherLocationsAreRefused) {
 
 // Two table positions: acquisition 1 from 0 to 30 mm, acquisition 2 from 24 to 57 mm. The second round shifts
 // acquisition 2 by 1 mm, between the slices of the first.
-TEST(DicomVolumes, AcquisitionsThatOverlapALittleAreJoined) {
+TEST(DicomVolumes, JoinsAcquisitionsWithSmallOverlap) {
   for (const double shift : {0.0, 1.0}) {
     const ScratchFolder folder;
     for (int k = 0; k < 11; ++k) write_slice(folder / ("a" + name_of(k)), flat(k, 3 * k, 1000));
@@ -155,7 +155,7 @@ TEST(DicomVolumes, AcquisitionsThatOverlapALittleAreJoined) {
 }
 
 // Acquisition 2 lies within acquisition 1: another picture, not another part of the body.
-TEST(DicomVolumes, AcquisitionsOfOnePlaceStayApart) {
+TEST(DicomVolumes, KeepsAcquisitionsOfOnePlaceApart) {
   const ScratchFolder folder;
   for (int k = 0; k < 11; ++k) write_slice(folder / ("a" + name_of(k)), flat(k, 3 * k, 1000));
   for (int k = 2; k < 9; ++k) {
@@ -189,7 +189,7 @@ void write_rounded(const ScratchFolder& folder, double tilt_deg, int decimals, b
   }
 }
 
-TEST(DicomVolumes, PositionsRoundedInTheHeaderAreEven) {
+TEST(DicomVolumes, TreatsRoundedPositionsAsEven) {
   for (const auto& [tilt, decimals, cut] :
        {std::tuple(0.0, 1, false), {0.0, 1, true}, {15.0, 1, false}, {0.0, 2, false}}) {
     const ScratchFolder folder;
@@ -208,7 +208,7 @@ TEST(DicomVolumes, PositionsRoundedInTheHeaderAreEven) {
   }
 }
 
-TEST(DicomVolumes, MissingSlicesAreToldBetweenRoundedPositions) {
+TEST(DicomVolumes, ReportsMissingSlicesBetweenRoundedPositions) {
   const ScratchFolder folder;
   write_rounded(folder, 0, 1, false, 20);  // each twentieth is not there: 22 of 450, none at the ends
   const auto read = read_volume(folder.path());
@@ -245,7 +245,7 @@ std::string said_of(const TestSlice& also, double slope_of_location = 0) {
   return all_said(*read);
 }
 
-TEST(DicomVolumes, FieldsThatContradictThePositionsAreSaid) {
+TEST(DicomVolumes, ReportsFieldsThatContradictThePositions) {
   const auto with = [](std::string TestSlice::*field, const std::string& text) {
     TestSlice slice;
     slice.*field = text;
@@ -263,7 +263,7 @@ TEST(DicomVolumes, FieldsThatContradictThePositionsAreSaid) {
             std::string::npos);
 }
 
-TEST(DicomVolumes, FieldsThatAgreeOrMeanAnotherThingAreNotSaid) {
+TEST(DicomVolumes, IgnoresFieldsThatAgreeOrMeanSomethingElse) {
   const auto with = [](std::string TestSlice::*field, const std::string& text) {
     TestSlice slice;
     slice.*field = text;

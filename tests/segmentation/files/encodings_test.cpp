@@ -141,7 +141,7 @@ TEST_F(Bzip2, ReadsAttachedDetachedAndSeveralStreams) {
   EXPECT_NE(damaged.find("damaged compressed data"), std::string::npos) << damaged;
 }
 
-TEST(SliceLists, NrrdListsOrNumbersItsFiles) {
+TEST(SliceLists, NrrdNamesItsFilesByListOrNumber) {
   ScratchFolder folder;
   const GreyVolume volume = noise();
   const auto raw = raw_bytes(volume);

@@ -53,7 +53,7 @@ TEST(ForeignLabels, RoundsNearlyWholeNumbersWithAWarning) {
 }
 
 // Labels 0 to 117 scaled to the range of uint16: one step is 117 / 65535.
-TEST(ForeignLabels, ScaledIntegersAreRoundedWithinHalfAStep) {
+TEST(ForeignLabels, RoundsScaledIntegersWithinHalfAStep) {
   ScratchFolder folder;
   const double slope = 117. / 65535;
   std::vector<std::uint16_t> stored;
@@ -103,7 +103,7 @@ Grid turned(const Grid& grid, const std::array<int, 3>& order, const std::array<
 
 // All 48 orders and directions of the axes of a sheared oblique grid. A voxel's label follows from its place
 // in the patient, whatever the order of axes.
-TEST(ForeignLabels, ReordersAxesToTheScans) {
+TEST(ForeignLabels, ReordersAxesToMatchTheScan) {
   ScratchFolder folder;
   const Grid scan = oblique_grid(false, 0.5);
   const auto label_at = [&](const Eigen::Vector3d& point) {

@@ -112,7 +112,7 @@ void expect_refused(const Result<ScannedVolume>& read, const std::string& senten
   EXPECT_NE(read.error().message().find(sentence), std::string::npos) << of << ": " << read.error().message();
 }
 
-TEST(Plausibility, CtNumbersWithoutTheirRescalingAreRefusedInEveryFormat) {
+TEST(Plausibility, RefusesUnscaledCtNumbersInEveryFormat) {
   for (const std::string& format : formats) {
     expect_refused(read(format, body().grey, [](int v) { return v + 1024; }), "with 1000 or 1024 added",
                    format);
@@ -121,14 +121,14 @@ TEST(Plausibility, CtNumbersWithoutTheirRescalingAreRefusedInEveryFormat) {
   }
 }
 
-TEST(Plausibility, SignedPixelsThatAreDeclaredUnsignedAreRefusedInEveryFormat) {
+TEST(Plausibility, RefusesSignedPixelsDeclaredUnsignedInEveryFormat) {
   for (const std::string& format : formats)
     for (const int bits : {12, 16})
       expect_refused(read(format, body().grey, [&](int v) { return v & ((1 << bits) - 1); }),
                      "signed numbers are read as unsigned", format + ", " + std::to_string(bits));
 }
 
-TEST(Plausibility, ValuesThatCannotBeKeptAreRefusedWhereTheyAreMany) {
+TEST(Plausibility, RefusesManyOutOfRangeValues) {
   std::mt19937 random(3);
   // intercept taken twice, with the noise about air; a slope of 50
   expect_refused(
@@ -144,7 +144,7 @@ TEST(Plausibility, ValuesThatCannotBeKeptAreRefusedWhereTheyAreMany) {
 }
 
 // A viewer's window of CT numbers, and the same as a picture of 8 bits: refused with what to do.
-TEST(Plausibility, DisplayWindowsAreRefusedInEveryFormat) {
+TEST(Plausibility, RefusesDisplayWindowsInEveryFormat) {
   for (const std::string& format : formats) {
     for (const auto& [low, high] : {std::pair{-200, 300}, {-160, 240}, {-150, 250}, {-450, 1050}})
       expect_refused(read(format, body().grey, [&](int v) { return std::clamp(v, low, high); }),
@@ -170,7 +170,7 @@ GreyVolume cropped(std::array<std::int64_t, 3> first, std::array<std::int64_t, 3
   return out;
 }
 
-TEST(Plausibility, WholeAndPartialScansPass) {
+TEST(Plausibility, AcceptsWholeAndPartialScans) {
   const auto same = [](int v) { return v; };
   for (const std::string& format : formats) {
     const auto whole = read(format, body().grey, same);
@@ -203,7 +203,7 @@ TEST(Plausibility, WholeAndPartialScansPass) {
   EXPECT_TRUE(phantom->warnings.empty()) << phantom->warnings[0];
 }
 
-TEST(Plausibility, SizesOfVoxelsAndBodiesAreDoubted) {
+TEST(Plausibility, DoubtsImplausibleVoxelAndBodySizes) {
   Grid grid;
   grid.size = {300, 300, 500};
   EXPECT_EQ(doubt_of_size(grid), "");
@@ -230,7 +230,7 @@ TEST(Plausibility, SizesOfVoxelsAndBodiesAreDoubted) {
 }
 
 // Labels, too, say what is doubtful of their grid.
-TEST(Plausibility, LabelsOfVoxelsThatNoScanHasAreDoubted) {
+TEST(Plausibility, DoubtsLabelsWithImplausibleVoxels) {
   ScratchFolder folder;
   LabelMap map;
   map.grid.size = {4, 4, 4};

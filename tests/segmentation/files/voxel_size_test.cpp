@@ -54,7 +54,7 @@ Result<ScannedVolume> nifti(const Vector3d& sform, const Vector3d& pixdim, bool 
   return read("a.nii", bytes);
 }
 
-TEST(VoxelSize, NiftisMajorityIsTakenAndSaid) {
+TEST(VoxelSize, NiftiUsesTheMajorityWithAWarning) {
   const Vector3d right(0.75, 0.75, 3), thick(0.75, 0.75, 4), ones(1, 1, 1);
   const auto agreed = nifti(right, right, true);
   ASSERT_TRUE(agreed) << agreed.error().message();
@@ -80,7 +80,7 @@ TEST(VoxelSize, NiftisMajorityIsTakenAndSaid) {
       << tie.error().message();
 }
 
-TEST(VoxelSize, NiftisSlopeOfNoNumberIsNone) {
+TEST(VoxelSize, NiftiIgnoresASlopeThatIsNotANumber) {
   const Vector3d size(2, 2, 3);
   const auto scan = nifti(size, size, true, NAN);
   ASSERT_TRUE(scan) << scan.error().message();
@@ -96,7 +96,7 @@ Result<ScannedVolume> nrrd(const std::string& sizes) {
   return read("a.nrrd", {text.begin(), text.end()});
 }
 
-TEST(VoxelSize, NrrdsDirectionsSpacingsAndThicknesses) {
+TEST(VoxelSize, NrrdComparesDirectionsSpacingsAndThicknesses) {
   const auto directions = [](const std::string& k) {
     return "space directions: (2,0,0) (0,2,0) (0,0," + k + ")\n";
   };
@@ -126,7 +126,7 @@ Result<ScannedVolume> metaimage(const std::string& sizes) {
   return read("a.mha", {text.begin(), text.end()});
 }
 
-TEST(VoxelSize, MetaImagesSpacingSizeAndMatrix) {
+TEST(VoxelSize, MetaImageComparesSpacingSizeAndMatrix) {
   const std::string spacing = "ElementSpacing = 2 2 3\n", unit = "TransformMatrix = 0 1 0 1 0 0 0 0 1\n",
                     scaled = "TransformMatrix = 0 2 0 2 0 0 0 0 3\n";
   const auto agreed = metaimage(spacing + "ElementSize = 2 2 3\n" + unit);

@@ -5,7 +5,7 @@
 namespace borelli::proposal_test {
 namespace {
 
-TEST(BoneChain, CrossesGapsOfJointsAndNoWiderOnes) {
+TEST(BoneChain, CrossesOnlyGapsOfJoints) {
   const Grid grid{{30, 30, 120}, 4 * Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero()};
   Mask piece{grid, std::vector<std::uint8_t>(grid.count(), 1)},
       bone{grid, std::vector<std::uint8_t>(grid.count(), 0)};

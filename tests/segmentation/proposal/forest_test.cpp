@@ -37,7 +37,7 @@ TEST(Forest, EqualsScikitLearn) {
   EXPECT_GE(count, 100);
 }
 
-TEST(Forest, TheProgramsOwnFits) {
+TEST(Forest, BuiltInForestFitsTheProgram) {
   const auto forest = ready_forest();
   ASSERT_TRUE(forest) << forest.error().message();
   EXPECT_EQ(forest->features, voxel_feature_names());

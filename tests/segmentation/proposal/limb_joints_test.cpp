@@ -7,7 +7,7 @@
 namespace borelli::proposal_test {
 namespace {
 
-TEST(LimbSegments, PutJointsWhereCertainProbabilitiesChange) {
+TEST(LimbSegments, PutJointsAtChangesOfProbability) {
   const CoarseBody body = coarse_body(look(drawn().grey, 4, 0));
   const auto probabilities = certain(body, drawn().parts);
   const auto forest = ready_forest();

@@ -29,7 +29,7 @@ TEST(LimbPieces, FindTwoArmsAndTwoLegsWithTheirSides) {
   EXPECT_EQ(count, expected);
 }
 
-TEST(LimbPieces, TakeNoLimbWithoutBones) {
+TEST(LimbPieces, NeedBones) {
   CoarseBody body = coarse_body(look(drawn().grey, 4, 0));
   const auto probabilities = certain(body, drawn().parts);
   for (std::size_t n = 0; n < body.places.size(); ++n)

@@ -40,7 +40,7 @@ Segmentation segmentation_of(const LabelMap& labels) {
   return out;
 }
 
-TEST(Proposal, KnowsEachLimbAndSide) {
+TEST(Proposal, RecognisesEachLimbAndSide) {
   const Proposed body = proposed();
   const Proposal& proposal = *body.anatomy.proposal;
   const std::vector<std::uint8_t> limbs = sure_limbs(proposal, body.exact.grid, 0);
@@ -54,7 +54,7 @@ TEST(Proposal, KnowsEachLimbAndSide) {
   EXPECT_GT(right / sure, 0.98);
 }
 
-TEST(LimbRoots, StandAtTheHeads) {
+TEST(LimbRoots, LieAtTheHeads) {
   const Proposed body = proposed();
   PhantomOptions options;
   options.stature_m = 1.3;
@@ -83,7 +83,7 @@ TEST(LimbRoots, StandAtTheHeads) {
 }
 
 // A joint 200 mm off is doubted, but not in a limb that lacks a segment.
-TEST(SecondOpinion, DoubtsJointsOfWholeLimbsAlone) {
+TEST(SecondOpinion, DoubtsOnlyJointsOfWholeLimbs) {
   const Proposed body = proposed();
   const auto knee = std::find_if(body.anatomy.proposal->joints.begin(), body.anatomy.proposal->joints.end(),
                                  [](const ProposedJoint& joint) { return joint.name == "knee_left"; });
@@ -103,7 +103,7 @@ TEST(SecondOpinion, DoubtsJointsOfWholeLimbsAlone) {
   EXPECT_DOUBLE_EQ(deviation_at(200, without_hand), 100);
 }
 
-TEST(SecondOpinion, HasNothingAgainstRightParts) {
+TEST(SecondOpinion, AcceptsCorrectParts) {
   const Proposed body = proposed();
   Segmentation parted = segmentation_of(body.exact);
   doubt_by_proposal(*body.anatomy.proposal, parted);
@@ -111,7 +111,7 @@ TEST(SecondOpinion, HasNothingAgainstRightParts) {
   for (std::size_t n = 1; n < parts.size(); ++n) EXPECT_EQ(parted.part[n].confidence, 1) << parts[n].name;
 }
 
-TEST(SecondOpinion, NamesALimbThatANeighbourSwallowed) {
+TEST(SecondOpinion, NamesALimbLabelledAsItsNeighbour) {
   const Proposed body = proposed();
   LabelMap labels = body.exact;
   for (const char* part : {"upper_arm_right", "forearm_right", "hand_right"})
@@ -128,7 +128,7 @@ TEST(SecondOpinion, NamesALimbThatANeighbourSwallowed) {
 }
 
 // two seeds at the ends of a bar: a wall beside its middle moves the border there
-TEST(Walls, KeepWaysOutOfAnotherLimb) {
+TEST(Walls, KeepPathsOutOfAnotherLimb) {
   Anatomy a;
   a.scan.hu.grid.size = {20, 1, 1};
   const Grid& g = a.grid();
@@ -148,7 +148,7 @@ TEST(Walls, KeepWaysOutOfAnotherLimb) {
   for (std::size_t n = 0; n < 20; ++n) EXPECT_EQ(with_wall.voxels[n], n < 5 ? thigh : hand) << n;
 }
 
-TEST(SecondOpinion, TellsHeadsInAnotherLimb) {
+TEST(SecondOpinion, ReportsHeadsInAnotherLimb) {
   const Proposed body = proposed();
   const LimbRoots legs(body.anatomy, BodyRegion::leg);
   ASSERT_TRUE(legs.sure());
@@ -162,7 +162,7 @@ TEST(SecondOpinion, TellsHeadsInAnotherLimb) {
 }
 
 // two arms beside each other and a leg apart from both
-TEST(Walls, LetBothSidesInWhereTheyTouch) {
+TEST(Walls, LetTouchingSidesPass) {
   Proposal proposal;
   proposal.grid.size = {6, 1, 1};
   const auto left = static_cast<std::uint8_t>(limb_of(BodyRegion::arm, left_side)),

@@ -20,7 +20,7 @@ std::vector<std::int16_t> rows(const VoxelFeatures& features) {
   return out;
 }
 
-TEST(VoxelFeatures, DoNotDependOnWhereTheBodyLies) {
+TEST(VoxelFeatures, AreIndependentOfTheBodysPosition) {
   GreyVolume moved = drawn().grey;
   moved.grid.origin += Eigen::Vector3d(512, -256, 1024);  // exact in floating point
   const CoarseBody one = coarse_body(look(drawn().grey, 4, 0)), other = coarse_body(look(moved, 4, 0));
@@ -29,7 +29,7 @@ TEST(VoxelFeatures, DoNotDependOnWhereTheBodyLies) {
 }
 
 // Voxel by voxel nearly all are the same; a geodesic's start and equally long ways may be chosen otherwise.
-TEST(VoxelFeatures, AreAlikeInAMirroredBody) {
+TEST(VoxelFeatures, AreEqualInAMirroredBody) {
   GreyVolume mirror = drawn().grey;
   mirror.grid.axes.row(0) *= -1, mirror.grid.origin[0] *= -1;
   const CoarseBody one = coarse_body(look(drawn().grey, 4, 0)), other = coarse_body(look(mirror, 4, 0));
@@ -66,7 +66,7 @@ TEST(VoxelFeatures, AreAlikeInAMirroredBody) {
   }
 }
 
-TEST(VoxelFeatures, TellTheLengthOfALineThroughABox) {
+TEST(VoxelFeatures, MeasureALineThroughABox) {
   GreyVolume box{{{{40, 40, 40}, 4 * Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero()}, {}},
                  Quantity::hu};
   box.voxels.assign(box.grid.count(), -1000);
