@@ -10,7 +10,7 @@
 namespace borelli::test {
 namespace {
 
-TEST(Root, IsFoundToRoundingInFewEvaluations) {
+TEST(RootFinding, IsFoundToRoundingInFewEvaluations) {
   for (const auto& [f, root] :
        {std::pair<double (*)(double), double>([](double x) { return std::cos(x) - x; }, 0.7390851332151607),
         {[](double x) { return x * x * x - 1e-3; }, 0.1},
@@ -31,7 +31,7 @@ TEST(Root, IsFoundToRoundingInFewEvaluations) {
   }
 }
 
-TEST(Root, SaysWhenTheFunctionHasNoValue) {
+TEST(RootFinding, SaysWhenTheFunctionHasNoValue) {
   Root out;
   EXPECT_FALSE(find_root([](double, double&) { return false; }, 0, 1, 1, -1, 1e-12, out));
 }

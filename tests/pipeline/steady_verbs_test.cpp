@@ -13,7 +13,7 @@ namespace {
 using nlohmann::json;
 const std::string samples = test::source_folder() + "/samples/";
 
-TEST(Steady, PendulumHangsDownAndSwingsByItsLength) {
+TEST(SteadyVerbs, PendulumHangsDownAndSwingsByItsLength) {
   const TestFolder folder;
   const std::string state = folder.write("state.json", R"({"q": [1.1], "v": [3]})");
   const std::string rest = folder / "rest.json";
@@ -42,7 +42,7 @@ TEST(Steady, PendulumHangsDownAndSwingsByItsLength) {
       << level.err;
 }
 
-TEST(Steady, ExplainsAMissingEquilibrium) {
+TEST(SteadyVerbs, ExplainsAMissingEquilibrium) {
   const ProgramRun plate = run_program("equilibrium " + samples + "heavy_top.toml --json");
   EXPECT_EQ(plate.code, 0) << plate.err;  // hanging or standing: it rests
   const ProgramRun ball = run_program("equilibrium " + samples + "bouncing_ball.toml");
