@@ -168,7 +168,8 @@ void add_economy(CLI::App& program, Command& command) {
                                       "Find the smallest model of a scene, or the coarsest voxels and work "
                                       "grid of a scan, whose result stays within a tolerance");
   auto o = std::make_shared<EconomyOptions>();
-  verb->add_option("input", o->input, "Scene (TOML, MJCF, URDF or OpenSim), or CT or density volume")->required();
+  verb->add_option("input", o->input, "Scene (TOML, MJCF, URDF or OpenSim), or CT or density volume")
+      ->required();
   add_model_options(*verb, o->model);
   verb->add_option("-o,--out", o->folder, "Folder for the scene, the page, the drawings and the table")
       ->capture_default_str();

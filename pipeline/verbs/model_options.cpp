@@ -10,8 +10,9 @@ void add_model_options(CLI::App& verb, ModelOptions& options) {
   verb.add_option("--lock", options.locked,
                   "Keep a free coordinate or joint at its initial value, by name; may be repeated")
       ->allow_extra_args(false);
-  verb.add_option("--minimum-mass", options.minimum_mass,
-                  "URDF and OpenSim: replace moving bodies lighter than this mass by balls of water of this mass, kg")
+  verb.add_option(
+          "--minimum-mass", options.minimum_mass,
+          "URDF and OpenSim: replace moving bodies lighter than this mass by balls of water of this mass, kg")
       ->check(number_not_negative());
 }
 
