@@ -84,6 +84,7 @@ class OsimReader {
     read_osim_constraints(model_, frames_, out_.scene);
     read_markers();
     settle(minimum_mass);
+    lock_massless_followers();
     osim_objects(model_, "ControllerSet");
     mark_names(root_);
     list_unread(root_, osim_motion_rules, out_.not_modelled);
@@ -200,6 +201,35 @@ class OsimReader {
     }
     for (std::string& line : settled->motion) out_.not_modelled.motion.push_back(std::move(line));
     for (std::string& line : settled->other) out_.not_modelled.other.push_back(std::move(line));
+  }
+
+  // A coordinate that follows another and moves no mass stays where it starts, since no force could hold it.
+  void lock_massless_followers() {
+    std::set<std::string> weighs;  // solids that have, or carry, mass
+    for (const Solid& solid : out_.scene.solids)
+      if (!solid.inertials.empty())
+        for (std::string at = solid.name; at != world_name && weighs.insert(at).second;)
+          at = out_.scene.solids[number_.at(at)].parent;
+    std::map<std::string, const Switch*> known;
+    for (const Solid& solid : out_.scene.solids)
+      for (const Switch& one : solid.switches) known[one.coordinate] = &one;
+    std::vector<std::string> names;
+    for (Solid& solid : out_.scene.solids)
+      for (Switch& one : solid.switches) {
+        const auto* coupled = std::get_if<Coupled>(&one.motion);
+        if (!coupled || weighs.contains(solid.name)) continue;
+        one.q = {at(coupled->function, start_of(*known.at(coupled->to))).value};
+        one.motion = Locked{};
+        names.push_back(one.coordinate);
+      }
+    if (!names.empty())
+      out_.not_modelled.motion.push_back("move no mass and follow others, locked: " + name_list(names));
+  }
+
+  // Where a coordinate starts that is free, locked or driven; 0 for one that follows another itself.
+  static double start_of(const Switch& one) {
+    if (const auto* driven = std::get_if<Driven>(&one.motion)) return at(driven->functions[0], 0).value;
+    return one.q.empty() ? 0 : one.q[0];
   }
 
   const XmlElement& root_;

@@ -89,6 +89,11 @@ struct Compare {
   void operator()(const Coupled& a, const Coupled& b) {
     (*this)(a.to, b.to), (*this)(a.function, b.function);
   }
+  void operator()(const GuidedPart& a, const GuidedPart& b) {
+    equal &= a.kind == b.kind;
+    (*this)(a.axis, b.axis), (*this)(a.by, b.by);
+  }
+  void operator()(const Marker& a, const Marker& b) { (*this)(a.name, b.name), (*this)(a.at, b.at); }
   void operator()(Axes a, Axes b) { equal &= a == b; }
   void operator()(SplineEnds a, SplineEnds b) { equal &= a == b; }
   void operator()(const Pose& a, const Pose& b) { (*this)(a.R, b.R), (*this)(a.p, b.p); }
@@ -144,6 +149,7 @@ struct Compare {
   void operator()(const Scene& a, const Scene& b) {
     (*this)(a.name, b.name), (*this)(a.description, b.description), (*this)(a.gravity, b.gravity);
     (*this)(a.solids, b.solids), (*this)(a.efforts, b.efforts), (*this)(a.constraints, b.constraints);
+    (*this)(a.markers, b.markers);
     (*this)(a.simulation, b.simulation);
   }
 };
@@ -222,6 +228,14 @@ Scene varied(unsigned seed) {
                      {}},
                     {Screw{Vector3d::UnitX(), number()}, "t", Coupled{"a", ramp}, {}, {}, {}},
                     {Translation{}, "", Free{}, {-0.}, {0.}, {}},
+                    {Guided{{{GuidedPart::Kind::translation, turn().col(0), wave},
+                             {GuidedPart::Kind::rotation, -Vector3d::UnitZ(),
+                              Table({0, 1, 2, 4}, {1, 0, 2, 1}, SplineEnds::forsythe)}}},
+                     "g",
+                     Free{},
+                     {number()},
+                     {},
+                     {}},
                     {Ball{}, "c", Driven{{ramp, constant(0.1), wave}}, {q.w(), q.x(), q.y(), q.z()}, {}, {}}};
   Solid second{"second", "world", {}, {inertial(), inertial()}, {}};
   second.switches = {
@@ -254,6 +268,7 @@ Scene varied(unsigned seed) {
       {"rest", PdController{{"a"}, positive(), 0, {constant(0)}}},
       {"air", Drag{a, positive(), positive()}},
       {"oil", AngularDrag{{"second"}, positive(), positive()}}};
+  scene.markers = {{"heel", {"first", vector()}}, {"origin", {"world", vector()}}};
   scene.constraints = {
       {"pin", PointOnPoint{a, b}},
       {"table", PointOnPlane{a, {w, Vector3d(1, 2, 3)}, wave}},

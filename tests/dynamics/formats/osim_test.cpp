@@ -227,6 +227,24 @@ TEST(Osim, CouplersTieCoordinates) {
   EXPECT_EQ(at(tie.value, 0).value, 6);
 }
 
+TEST(Osim, AMasslessBodyThatFollowsIsLocked) {
+  std::vector<OsimPart> parts = all_joints();
+  std::string text = new_layout(
+      parts,
+      "<ConstraintSet><objects><CoordinateCouplerConstraint name=\"c\"><coupled_coordinates_function>"
+      "<LinearFunction><coefficients>2 0.3</coefficients></LinearFunction></coupled_coordinates_function>"
+      "<independent_coordinate_names>pin_q</"
+      "independent_coordinate_names><dependent_coordinate_name>knee_angle"
+      "</dependent_coordinate_name></CoordinateCouplerConstraint></objects></ConstraintSet>");
+  const std::size_t tibia = text.find("<Body name=\"tibia\">"), end = text.find("</Body>", tibia);
+  text.replace(tibia, end - tibia, "<Body name=\"tibia\">");
+  const ModelFile model = read_text(text);
+  EXPECT_TRUE(any_holds(model.not_modelled.motion, "move no mass and follow others, locked: knee_angle"));
+  const System system = compiled(model.scene);
+  EXPECT_EQ(system.nv, 22);
+  EXPECT_EQ(system.rows, 0);
+}
+
 TEST(Osim, PointsAndWeldsAreHeldAndSpringsPull) {
   const std::vector<OsimPart> parts = all_joints();
   const std::string a = "/bodyset/" + parts[0].name, b = "/bodyset/" + parts[1].name;
