@@ -122,8 +122,8 @@ struct BodyMotionOf {
 };
 using BodyMotion = BodyMotionOf<double>;
 
-/// The derivative of a coordinate's unit twist by the coordinate, as seen from the frame behind its switch, in
-/// W (see Bending).
+/// The derivative of a coordinate's unit twist by the coordinate, as seen from the frame behind its switch,
+/// in W (see Bending).
 template <class T>
 struct TwistBend {
   Eigen::Vector3<T> angular = Eigen::Vector3<T>::Zero(), linear = Eigen::Vector3<T>::Zero();

@@ -14,9 +14,9 @@ namespace borelli {
 ///
 /// Modelled are masses and inertias, default values and speeds, locked and prescribed coordinates, ranges of
 /// clamped coordinates (Range), constraints and springs (osim_constraint.hpp), markers and gravity. All else
-/// is listed: muscles, actuators, controllers and contacts change the motion. Throws XmlRefusal; refuses loops
-/// of joints, sets in files of their own, and what the files of osim_*.hpp refuse. Moving bodies lighter than
-/// `minimum_mass` (kg) become balls of water of this mass (placeholder_inertia.hpp).
+/// is listed: muscles, actuators, controllers and contacts change the motion. Throws XmlRefusal; refuses
+/// loops of joints, sets in files of their own, and what the files of osim_*.hpp refuse. Moving bodies
+/// lighter than `minimum_mass` (kg) become balls of water of this mass (placeholder_inertia.hpp).
 ///
 /// Format: opensim-org/opensim-core, OpenSim/Simulation/SimbodyEngine (Joint.cpp, SpatialTransform.cpp,
 /// CustomJoint.cpp), OpenSim/Simulation/Model.

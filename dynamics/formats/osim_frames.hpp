@@ -28,8 +28,8 @@ std::string osim_text(const XmlElement& element, std::string_view child);
 bool osim_flag(const XmlElement& element, std::string_view child, bool standard);
 
 /// Finds frames by the names and paths of OpenSim 4 (`/bodyset/femur_r`, `../hip_offset`) and by the bare
-/// names of bodies of earlier versions. A path that leads nowhere is taken by its last name, if only one frame
-/// has it, as OpenSim does.
+/// names of bodies of earlier versions. A path that leads nowhere is taken by its last name, if only one
+/// frame has it, as OpenSim does.
 class OsimFrames {
  public:
   explicit OsimFrames(const XmlElement& model);

@@ -10,9 +10,9 @@ namespace borelli {
 const XmlElement* osim_function_in(const XmlElement& holder);
 
 /// Reads Constant, LinearFunction, PolynomialFunction (highest power first), Sine, SimmSpline,
-/// PiecewiseLinearFunction on one line, and MultiplierFunction of these. NaturalCubicSpline and natCubicSpline
-/// are older names of SimmSpline: OpenSim renames them (RegisterTypes_osimCommon.cpp). Throws XmlRefusal; other
-/// functions are refused by name.
+/// PiecewiseLinearFunction on one line, and MultiplierFunction of these. NaturalCubicSpline and
+/// natCubicSpline are older names of SimmSpline: OpenSim renames them (RegisterTypes_osimCommon.cpp). Throws
+/// XmlRefusal; other functions are refused by name.
 TimeFunction read_osim_function(const XmlElement& function);
 
 /// `factor` times a function.

@@ -20,10 +20,10 @@ class OsimJoints {
   ///
   /// The rotations of a joint are about its frame's own axes, one after the other; before them come
   /// translations along the axes of the parent's frame (Simbody's MobilizedBody::FunctionBased, which
-  /// OpenSim's CustomJoint is). An axis with a coordinate of its own is a rotation or a translation; axes that
-  /// one coordinate moves by functions are one guided switch. If axes of another coordinate lie between them,
-  /// a coordinate `name.2` follows by a constraint. BallJoint and FreeJoint have three rotations about x, y
-  /// and z, as their coordinates are Euler's angles.
+  /// OpenSim's CustomJoint is). An axis with a coordinate of its own is a rotation or a translation; axes
+  /// that one coordinate moves by functions are one guided switch. If axes of another coordinate lie between
+  /// them, a coordinate `name.2` follows by a constraint. BallJoint and FreeJoint have three rotations about
+  /// x, y and z, as their coordinates are Euler's angles.
   ///
   /// Throws XmlRefusal: joints and functions that are not known, and axes of several coordinates.
   std::vector<Switch> read(const OsimJoint& joint);

@@ -4,8 +4,8 @@
 // To add a kind, write a file like switch_rotation.hpp and list its name below. The kind gives its name in
 // files (`kind`), the numbers of its positions and velocities (`nq`, `nv`), its fields, and `advance`, which
 // moves a frame and gives the unit twists. `rotates` and `slides` say whether its unit twists have an angular
-// and a linear part. A kind whose unit twist changes with q in both its frames also gives that change (Bending,
-// switch_guided.hpp). (A kind whose three unit twists are rotations about its own axes may declare
+// and a linear part. A kind whose unit twist changes with q in both its frames also gives that change
+// (Bending, switch_guided.hpp). (A kind whose three unit twists are rotations about its own axes may declare
 // `turns_freely`: its accelerations are then cheaper.)
 #pragma once
 

@@ -100,8 +100,8 @@ TEST(CubicSpline, ExplainsInvalidTables) {
   EXPECT_EQ(S::complaint({0, NAN}, {0, 1}, SplineEnds::natural), "contains a number that is not finite");
 }
 
-/// The same conditions with the slopes as unknowns, all in one dense system: continuous second derivatives, and
-/// end pieces whose third derivative is that of the cubic through the four end values.
+/// The same conditions with the slopes as unknowns, all in one dense system: continuous second derivatives,
+/// and end pieces whose third derivative is that of the cubic through the four end values.
 double forsythe_by_slopes(const std::vector<double>& x, const std::vector<double>& y, double at) {
   const int n = int(x.size());
   Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n, n);

@@ -1,5 +1,5 @@
-// The guided switch: differences of its poses, the same scene with slides and hinges tied by constraints, both
-// algorithms, several states at once, derivatives.
+// The guided switch: differences of its poses, the same scene with slides and hinges tied by constraints,
+// both algorithms, several states at once, derivatives.
 #include "dynamics/scene/switch_guided.hpp"
 
 #include "dynamics/constraints/assembly.hpp"
@@ -28,7 +28,8 @@ Switch guided(const std::string& name, std::vector<GuidedPart> parts, double q =
   return out;
 }
 
-/// A thigh on a ball, a shank on a knee, a foot on a hinge; the knee guided, or each part tied to its flexion.
+/// A thigh on a ball, a shank on a knee, a foot on a hinge; the knee guided, or each part tied to its
+/// flexion.
 Scene leg(bool tied) {
   Scene scene;
   const Inertial mass = inertial(3, {0.02, -0.2, 0.01}, {0.05, 0.01, 0.06});

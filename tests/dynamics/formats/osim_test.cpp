@@ -129,8 +129,8 @@ TEST(Osim, ReversedJointsAccelerateAsInSimbody) {
 }
 #endif
 
-// M(q) q'' + M'(q) q'^2 / 2 = Q(q). (Simbody 3.7's FunctionBased does not obey this if the third rotation has the
-// coordinate of the first: it is no measure here.)
+// M(q) q'' + M'(q) q'^2 / 2 = Q(q). (Simbody 3.7's FunctionBased does not obey this if the third rotation has
+// the coordinate of the first: it is no measure here.)
 TEST(Osim, AKneeOfThreeRotationsObeysLagrangesEquation) {
   const System system = compiled(read_text(new_layout({turning_knee()})).scene);
   ASSERT_EQ(system.nv, 1);

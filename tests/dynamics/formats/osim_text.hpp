@@ -106,8 +106,8 @@ inline OsimAxis spline_axis(const Eigen::Vector3d& axis, const std::string& name
           [=](double at, int order) { return scale * spline(at, order); }};
 }
 
-/// A free body that carries one body by each other joint: a hip with three coordinates, a knee with one, among
-/// others.
+/// A free body that carries one body by each other joint: a hip with three coordinates, a knee with one,
+/// among others.
 inline std::vector<OsimPart> all_joints() {
   const Eigen::Vector3d p(0.1, -0.3, 0.05), turn(0.3, -0.5, 0.8), c(0.02, 0.1, -0.04), back(-0.2, 0.4, 0.1);
   const auto part = [&](const std::string& name, const std::string& parent, const std::string& joint,
