@@ -20,10 +20,14 @@ T need(Result<T> result) {
 /// A point of 2 kg, 0.7 m below a hinge, moment of inertia 0.3 kg m^2 about its centre.
 constexpr const char* pendulum_text = R"(
 name = "pendulum"
+gravity = [0, 0, -9.81]
 [[solid]]
 name = "bob"
-switches = [{ kind = "rotation", axis = [0, 1, 0], coordinate = "swing" }]
-inertia = { mass = 2, centre = [0, 0, -0.7], tensor = [0.3, 0.3, 0.3, 0, 0, 0] }
+parent = "world"
+joint = {rotation = "y", name = "swing"}
+mass = 2
+centre = [0, 0, -0.7]
+tensor = [0.3, 0.3, 0.3]
 )";
 
 System pendulum() { return need(compile(need(parse_scene(pendulum_text, "pendulum.toml")))); }
