@@ -102,6 +102,7 @@ int run(int argc, char** argv) {
   borelli::add_inertia(program, command);
   borelli::add_skeleton(program, command);
   borelli::add_simulate(program, command);
+  borelli::add_scale(program, command);
   borelli::add_ik(program, command);
   borelli::add_id(program, command);
   borelli::add_evaluate(program, command);

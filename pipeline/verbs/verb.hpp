@@ -55,6 +55,7 @@ void add_segment(CLI::App& program, Command& command);
 void add_inertia(CLI::App& program, Command& command);
 void add_skeleton(CLI::App& program, Command& command);
 void add_simulate(CLI::App& program, Command& command);
+void add_scale(CLI::App& program, Command& command);
 void add_ik(CLI::App& program, Command& command);
 void add_id(CLI::App& program, Command& command);
 void add_evaluate(CLI::App& program, Command& command);

@@ -1,0 +1,216 @@
+#include "pipeline/motion/static_fit.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "dynamics/equations/kinematics.hpp"
+#include "error/printable.hpp"
+#include "pipeline/motion/motion_fit.hpp"
+#include "pipeline/motion/scaled_scene.hpp"
+
+namespace borelli {
+
+using Eigen::Matrix3Xd;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr double marker_spread = 0.01;  // m
+constexpr double factor_spread = 0.1;
+
+/// The trial as one frame: each marker's mean over the frames that show it.
+MarkerMotion mean_frame(const MarkerMotion& trial, const StaticFitRequest& request) {
+  MarkerMotion out{trial.names, {0}, {Matrix3Xd::Zero(3, Eigen::Index(trial.names.size()))}, trial.up};
+  for (Eigen::Index m = 0; m < out.frames[0].cols(); ++m) {
+    Vector3d sum = Vector3d::Zero();
+    int seen = 0;
+    for (std::size_t f = 0; f < trial.frames.size(); ++f)
+      if (trial.times[f] >= request.start && trial.times[f] <= request.end &&
+          trial.frames[f].col(m).allFinite()) {
+        sum += trial.frames[f].col(m);
+        ++seen;
+      }
+    out.frames[0].col(m) = sum / seen;  // never seen: not a number, a gap
+  }
+  return out;
+}
+
+/// Places of markers in a scene at positions q.
+Result<Matrix3Xd> marker_places(const Scene& scene, const std::vector<std::string>& names,
+                                const VectorXd& q) {
+  const auto system = compile(scene);
+  if (!system) return tl::unexpected(system.error());
+  Kinematics kinematics(*system, Equations::recursive);
+  update_kinematics(*system, system->parameters, 0, q.data(), nullptr, kinematics);
+  Matrix3Xd out(3, Eigen::Index(names.size()));
+  for (std::size_t m = 0; m < names.size(); ++m) {
+    const auto marker = std::find_if(scene.markers.begin(), scene.markers.end(),
+                                     [&](const Marker& one) { return one.name == names[m]; });
+    const auto solid = std::size_t(std::find(system->solids.begin(), system->solids.end(), marker->at.solid) -
+                                   system->solids.begin());
+    out.col(Eigen::Index(m)) = kinematics.bodies[std::size_t(system->solid_bodies[solid])].X *
+                               (system->parameters.solid_places[solid] * marker->at.point);
+  }
+  return out;
+}
+
+/// Least squares in the factors at one pose, with the whole body's factor as one more unknown.
+class FactorSolve {
+ public:
+  FactorSolve(const Scene& scene, const std::vector<std::string>& markers, bool per_segment)
+      : scene_(scene), markers_(markers), per_segment_(per_segment) {}
+
+  Result<VectorXd> solve(const Matrix3Xd& measured, const VectorXd& q) const {
+    const auto n = Eigen::Index(scene_.solids.size());
+    const Eigen::Index unknowns = per_segment_ ? n : 1;
+    const VectorXd ones = VectorXd::Ones(n);
+    const auto base = places(ones, q);
+    if (!base) return tl::unexpected(base.error());
+    MatrixXd J(measured.size(), unknowns);
+    for (Eigen::Index b = 0; b < unknowns; ++b) {
+      // a marker's place is linear in the factors: twice the size shows the slope
+      const auto larger =
+          places(per_segment_ ? VectorXd(ones + VectorXd::Unit(n, b)) : VectorXd(2 * ones), q);
+      if (!larger) return tl::unexpected(larger.error());
+      const Matrix3Xd slope = *larger - *base;
+      J.col(b) = slope.reshaped();
+    }
+    const Matrix3Xd at_zero = *base;
+    VectorXd wanted = (measured - at_zero).reshaped();
+    wanted += J * VectorXd::Ones(unknowns);  // at_zero + J (s - 1) = measured
+    MatrixXd H = J.transpose() * J / (marker_spread * marker_spread);
+    VectorXd right = J.transpose() * wanted / (marker_spread * marker_spread);
+    if (!per_segment_) return VectorXd(ones * (right[0] / H(0, 0)));
+    // unknown g: its best value is the mean of the factors, so that the prior is their spread about the mean
+    const MatrixXd centring = MatrixXd::Identity(n, n) - MatrixXd::Constant(n, n, 1.0 / double(n));
+    H += centring / (factor_spread * factor_spread);
+    return VectorXd(H.ldlt().solve(right));
+  }
+
+ private:
+  Result<Matrix3Xd> places(const VectorXd& factors, const VectorXd& q) const {
+    return marker_places(scaled(scene_, {factors.begin(), factors.end()}, {}).scene, markers_, q);
+  }
+
+  const Scene& scene_;
+  const std::vector<std::string>& markers_;
+  bool per_segment_;
+};
+
+/// Puts the markers that were followed where the trial shows them in the fitted pose.
+Result<void> move_markers(Scene& scene, const std::vector<std::string>& names, const Matrix3Xd& measured,
+                          const VectorXd& q) {
+  const auto system = compile(scene);
+  if (!system) return tl::unexpected(system.error());
+  Kinematics kinematics(*system, Equations::recursive);
+  update_kinematics(*system, system->parameters, 0, q.data(), nullptr, kinematics);
+  for (std::size_t m = 0; m < names.size(); ++m)
+    for (Marker& marker : scene.markers) {
+      if (marker.name != names[m]) continue;
+      const auto solid = std::size_t(
+          std::find(system->solids.begin(), system->solids.end(), marker.at.solid) - system->solids.begin());
+      const Pose X = kinematics.bodies[std::size_t(system->solid_bodies[solid])].X *
+                     system->parameters.solid_places[solid];
+      marker.at.point = X.R.transpose() * (measured.col(Eigen::Index(m)) - X.p);
+    }
+  return {};
+}
+
+/// Lets the free coordinates start at q.
+void start_at(Scene& scene, const System& system, const VectorXd& q) {
+  for (Solid& solid : scene.solids)
+    for (std::size_t i = 0; i < solid.switches.size(); ++i)
+      for (const CoordinateInfo& c : system.coordinates)
+        if (c.name == coordinate_name(solid, i) && !std::holds_alternative<Locked>(solid.switches[i].motion))
+          solid.switches[i].q = {q.data() + c.q_index, q.data() + c.q_index + c.q_size};
+}
+
+}  // namespace
+
+Result<StaticFit> fit_static(const Scene& scene, const MarkerMotion& trial, const StaticFitRequest& request) {
+  const MarkerMotion mean = mean_frame(trial, request);
+  const auto fit_pose = [&](const Scene& of) -> Result<MotionFit> {
+    const auto system = compile(of);
+    if (!system) return tl::unexpected(system.error());
+    return fit_motion(of, *system, mean, {});
+  };
+  auto pose = fit_pose(scene);
+  if (!pose) return tl::unexpected(pose.error());
+  StaticFit out{.scene = scene,
+                .factors = std::vector<double>(scene.solids.size(), 1),
+                .mass = 0,
+                .rms_before = pose->rms(),
+                .rms_after = 0,
+                .warnings = pose->warnings};
+
+  // the shared markers that the trial shows, in the scene's axes
+  const Eigen::Matrix3d turn = turn_to_scene(scene, trial);
+  std::vector<std::string> names;
+  std::vector<Vector3d> seen;
+  for (const std::string& name : pose->markers) {
+    const auto column = std::find(mean.names.begin(), mean.names.end(), name) - mean.names.begin();
+    if (!mean.frames[0].col(column).allFinite()) continue;
+    names.push_back(name);
+    seen.push_back(turn * mean.frames[0].col(column));
+  }
+  if (names.size() < 3)
+    return bad_use("static trial",
+                   fmt::format("shows {} markers of the model; scaling needs at least 3", names.size()));
+  Matrix3Xd measured(3, Eigen::Index(names.size()));
+  for (std::size_t m = 0; m < seen.size(); ++m) measured.col(Eigen::Index(m)) = seen[m];
+
+  const FactorSolve solve(scene, names, request.per_segment);
+  VectorXd q = pose->q.row(0).transpose();
+  constexpr int most_turns = 500;
+  int turns = 0;
+  for (double change = 1; change > 1e-6 && turns < most_turns; ++turns) {
+    const auto factors = solve.solve(measured, q);
+    if (!factors) return tl::unexpected(factors.error());
+    change = 0;
+    for (std::size_t b = 0; b < out.factors.size(); ++b) {
+      const double s = (*factors)[Eigen::Index(b)];
+      if (!(s > 0.2 && s < 5))
+        return bad_use("static trial",
+                       fmt::format("would scale '{}' by {:.2f}: the trial does not show this model",
+                                   printable(scene.solids[b].name), s));
+      change = std::max(change, std::abs(s - out.factors[b]));
+      out.factors[b] = s;
+    }
+    out.scene = scaled(scene, out.factors, {}).scene;
+    const auto system = compile(out.scene);
+    if (!system) return tl::unexpected(system.error());
+    start_at(out.scene, *system, q);
+    pose = fit_pose(out.scene);
+    if (!pose) return tl::unexpected(pose.error());
+    q = pose->q.row(0).transpose();
+  }
+  if (turns == most_turns) out.warnings.push_back("the factors still changed when the fit ended");
+  out.rms_after = pose->rms();
+
+  MassScaling masses{.rule = request.keep_masses ? MassScaling::Rule::kept : MassScaling::Rule::by_volume,
+                     .factor = 1};
+  auto whole = scaled(scene, out.factors, masses);
+  auto mass = total_mass(whole.scene);
+  if (!mass) return tl::unexpected(mass.error());
+  if (request.mass) {
+    masses.factor = *request.mass / *mass;
+    whole = scaled(scene, out.factors, masses);
+  }
+  out.mass = request.mass.value_or(*mass);
+  out.warnings.insert(out.warnings.end(), whole.warnings.begin(), whole.warnings.end());
+  out.scene = std::move(whole.scene);
+  if (request.move_markers)
+    if (auto moved = move_markers(out.scene, names, measured, q); !moved)
+      return tl::unexpected(moved.error());
+  const auto system = compile(out.scene);
+  if (!system) return tl::unexpected(system.error());
+  start_at(out.scene, *system, q);
+  return out;
+}
+
+}  // namespace borelli

@@ -1,0 +1,38 @@
+// Fits a model's sizes to a standing trial: factors of its segments, and places of its markers.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "dynamics/scene/scene.hpp"
+#include "pipeline/motion/marker_motion.hpp"
+
+namespace borelli {
+
+struct StaticFitRequest {
+  bool per_segment = true;             ///< false: one factor for the whole model
+  bool keep_masses = false;            ///< masses stay those of the model
+  std::optional<double> mass;          ///< kg, of the whole body; empty: as the volumes say
+  bool move_markers = true;            ///< put the model's markers where the trial shows them
+  double start = -1e300, end = 1e300;  ///< s, of the frames whose mean is taken
+};
+
+struct StaticFit {
+  Scene scene;                  ///< scaled; its coordinates start in the trial's pose
+  std::vector<double> factors;  ///< per solid of the scene
+  double mass = 0;              ///< kg
+  double rms_before = 0;        ///< m, marker errors of the unscaled model in its best pose
+  double rms_after = 0;         ///< m, of the scaled model, before its markers are moved
+  std::vector<std::string> warnings;
+};
+
+/// Factors s and pose q minimise
+///   sum_m |x_m(q, s) - y_m|^2 / (1 cm)^2 + sum_b (s_b - g)^2 / (10 %)^2
+/// over the markers that model and trial share, each at its mean place y_m, where g is a factor of the whole body: a segment without
+/// enough markers follows the others. Marker places are linear in s at a given pose, so least squares in s
+/// and fits of the pose (marker_fit.hpp) take turns until no factor changes by 1e-6. Errors: as fit_motion,
+/// fewer than three markers in the trial, a factor that is not between 0.2 and 5.
+Result<StaticFit> fit_static(const Scene& scene, const MarkerMotion& trial, const StaticFitRequest& request);
+
+}  // namespace borelli

@@ -1,0 +1,89 @@
+// borelli scale MODEL --static S.trc -o SCALED.toml: a model made to the size of a person who stands still.
+#include <fmt/core.h>
+
+#include <filesystem>
+
+#include "dynamics/formats/scene_file.hpp"
+#include "pipeline/files/whole_file.hpp"
+#include "pipeline/motion/recording.hpp"
+#include "pipeline/motion/static_fit.hpp"
+#include "pipeline/verbs/inputs.hpp"
+#include "pipeline/verbs/model_options.hpp"
+#include "pipeline/verbs/number_check.hpp"
+#include "pipeline/verbs/verb.hpp"
+
+namespace borelli {
+namespace {
+
+using nlohmann::json;
+
+struct ScaleOptions {
+  std::string model, trial, out;
+  ModelOptions how;
+  StaticFitRequest request;
+  bool whole = false, keep_markers = false;
+};
+
+Result<json> work(const ScaleOptions& o, const Command& command) {
+  if (const std::string ending = std::filesystem::path(o.out).extension().string();
+      !o.out.empty() && ending != ".toml")
+    return bad_use(o.out, "is not a scene's name: scaled models are written as .toml");
+  if (!o.out.empty())
+    if (auto fine = check_writable(o.out, {o.model, o.trial}); !fine) return tl::unexpected(fine.error());
+  const auto model = read_model(command, o.model, o.how);
+  if (!model) return tl::unexpected(model.error());
+  const auto trial = read_recording(o.trial);
+  if (!trial) return tl::unexpected(trial.error());
+  command.warn(trial->warnings);
+  StaticFitRequest request = o.request;
+  request.per_segment = !o.whole;
+  request.move_markers = !o.keep_markers;
+  const auto fit = fit_static(model->scene, trial->markers, request);
+  if (!fit) return tl::unexpected(fit.error());
+  command.warn(fit->warnings);
+  if (!o.out.empty()) {
+    const auto text = write_scene(fit->scene);
+    if (!text) return tl::unexpected(text.error());
+    if (auto wrote = write_whole(o.out, *text); !wrote) return tl::unexpected(wrote.error());
+  }
+  json factors = json::object();
+  for (std::size_t i = 0; i < fit->factors.size(); ++i)
+    factors[model->scene.solids[i].name] = fit->factors[i];
+  json answer{{"factors", factors},
+              {"mass", fit->mass},
+              {"marker_error_rms_before", fit->rms_before},
+              {"marker_error_rms_after", fit->rms_after}};
+  if (!o.out.empty()) answer["out"] = o.out;
+  if (!command.json) {
+    for (std::size_t i = 0; i < fit->factors.size(); ++i)
+      fmt::print("{:<24} {:.4f}\n", model->scene.solids[i].name, fit->factors[i]);
+    fmt::print("mass {:.2f} kg; marker errors {:.1f} mm before, {:.1f} mm after (root mean squares)\n",
+               fit->mass, 1e3 * fit->rms_before, 1e3 * fit->rms_after);
+    if (!o.out.empty()) fmt::print("wrote {}\n", o.out);
+  }
+  return answer;
+}
+
+}  // namespace
+
+void add_scale(CLI::App& program, Command& command) {
+  auto* verb =
+      program.add_subcommand("scale", "Make a model the size of a person, from markers of a standing trial");
+  auto o = std::make_shared<ScaleOptions>();
+  verb->add_option("model", o->model, "The model: OpenSim, MJCF, URDF or a scene, with markers")->required();
+  verb->add_option("--static", o->trial, "The standing trial: TRC, C3D or BVH")->required();
+  verb->add_option("-o,--out", o->out, "Scaled model to write, as a scene (.toml)");
+  verb->add_flag("--whole", o->whole, "One factor for the whole body instead of one for each segment");
+  verb->add_option("--mass", o->request.mass,
+                   "Mass of the person, kg (default: each segment keeps its density)")
+      ->check(positive_number());
+  verb->add_flag("--keep-masses", o->request.keep_masses, "Segments keep the masses of the model");
+  verb->add_flag("--keep-markers", o->keep_markers,
+                 "Leave markers at their scaled places instead of where the trial shows them");
+  verb->add_option("--start", o->request.start, "First time of the trial to use, s");
+  verb->add_option("--end", o->request.end, "Last time of the trial to use, s");
+  add_model_options(*verb, o->how);
+  verb->callback([&command, o] { command.work = [o](const Command& c) { return work(*o, c); }; });
+}
+
+}  // namespace borelli

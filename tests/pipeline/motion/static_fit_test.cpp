@@ -1,0 +1,119 @@
+// Scaled models against trials that were made from models of known sizes, and against OpenSim's static trial.
+#include "pipeline/motion/static_fit.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "dynamics/equations/evaluate.hpp"
+#include "dynamics/formats/model_file.hpp"
+#include "pipeline/motion/recording.hpp"
+#include "pipeline/motion/scaled_scene.hpp"
+#include "tests/paths.hpp"
+
+namespace borelli::test::static_fit_test {
+namespace {
+
+using Eigen::Matrix3Xd;
+using Eigen::Vector3d;
+
+template <class T>
+T need(Result<T> result) {
+  if (!result) throw std::runtime_error(result.error().message());
+  return std::move(*result);
+}
+
+Scene gait() { return need(read_model(shared_folder() + "/motion/gait10dof/subject01.osim")).scene; }
+
+MarkerMotion trial_of(const Scene& scene, const std::vector<double>& q) {
+  const System system = need(compile(scene));
+  State state = system.initial;
+  for (Eigen::Index i = 0; i < state.q.size(); ++i) state.q[i] = q[std::size_t(i) % q.size()];
+  MarkerMotion out{{}, {0}, {Matrix3Xd(3, Eigen::Index(scene.markers.size()))}, {}};
+  for (std::size_t m = 0; m < scene.markers.size(); ++m) {
+    out.names.push_back(scene.markers[m].name);
+    out.frames[0].col(Eigen::Index(m)) = need(point_motion(system, state, scene.markers[m].at)).position;
+  }
+  return out;
+}
+
+TEST(ScaledScene, OneFactorScalesPlacesMassesAndTensors) {
+  const Scene scene = gait();
+  const double s = 1.1;
+  const Scene larger = scaled(scene, std::vector<double>(scene.solids.size(), s), {}).scene;
+  EXPECT_NEAR(need(total_mass(larger)), s * s * s * need(total_mass(scene)), 1e-9);
+  // every marker is s times as far from its solid's neighbours: distances between markers grow by s
+  const Matrix3Xd before = trial_of(scene, {0}).frames[0], after = trial_of(larger, {0}).frames[0];
+  for (Eigen::Index m = 1; m < before.cols(); ++m)
+    EXPECT_NEAR((after.col(m) - after.col(0)).norm(), s * (before.col(m) - before.col(0)).norm(), 1e-12);
+  // a similar body under the same gravity swings slower by sqrt(s): accelerations of angles scale with 1/s
+  const System small = need(compile(scene)), large = need(compile(larger));
+  State state = small.initial, larger_state = large.initial;
+  state.v.setZero();
+  larger_state.v.setZero();
+  const Eigen::VectorXd a = need(evaluate(small, state)).acceleration,
+                        b = need(evaluate(large, larger_state)).acceleration;
+  for (const CoordinateInfo& c : small.coordinates)
+    EXPECT_NEAR(b[c.v_index], c.angle ? a[c.v_index] / s : a[c.v_index], 1e-9) << c.name;
+}
+
+TEST(ScaledScene, MassesMayStay) {
+  const Scene scene = gait();
+  const Scene larger =
+      scaled(scene, std::vector<double>(scene.solids.size(), 1.2), {MassScaling::Rule::kept, 1}).scene;
+  EXPECT_NEAR(need(total_mass(larger)), need(total_mass(scene)), 1e-12);
+  EXPECT_NEAR(larger.solids[0].inertials[0].tensor(0, 0), 1.44 * scene.solids[0].inertials[0].tensor(0, 0),
+              1e-12);
+}
+
+TEST(StaticFit, FindsOneFactorOfTheWholeBody) {
+  const Scene scene = gait();
+  const MarkerMotion trial =
+      trial_of(scaled(scene, std::vector<double>(scene.solids.size(), 0.93), {}).scene, {0.1, 0.2, 0.05});
+  StaticFitRequest request;
+  request.per_segment = false;
+  const StaticFit fit = need(fit_static(scene, trial, request));
+  for (double factor : fit.factors) EXPECT_NEAR(factor, 0.93, 1e-5);
+  EXPECT_LT(fit.rms_after, 1e-5);
+  EXPECT_GT(fit.rms_before, 0.01);
+}
+
+TEST(StaticFit, FindsTheFactorsOfSegments) {
+  const Scene scene = gait();
+  std::vector<double> factors;
+  for (const Solid& solid : scene.solids)
+    factors.push_back(solid.name.starts_with("tibia") ? 1.06 : solid.name.starts_with("femur") ? 0.97 : 1.0);
+  const StaticFit fit = need(fit_static(scene, trial_of(scaled(scene, factors, {}).scene, {0.1}), {}));
+  for (std::size_t i = 0; i < factors.size(); ++i)
+    if (scene.solids[i].name.starts_with("tibia") || scene.solids[i].name.starts_with("femur")) {
+      // the prior of 10 % draws a factor by a few thousandths where markers leave it room
+      EXPECT_NEAR(fit.factors[i], factors[i], 0.02) << scene.solids[i].name;
+    }
+  EXPECT_LT(fit.rms_after, 0.002);
+}
+
+TEST(StaticFit, PutsTheMarkersWhereTheTrialShowsThem) {
+  const Scene scene = gait();
+  const Recording trial = need(read_recording(shared_folder() + "/motion/gait10dof/subject01_static.trc"));
+  StaticFitRequest request;
+  request.mass = 72.6;
+  const StaticFit fit = need(fit_static(scene, trial.markers, request));
+  EXPECT_LT(fit.rms_after, fit.rms_before);
+  EXPECT_NEAR(need(total_mass(fit.scene)), 72.6, 1e-9);
+  // the model is this person's already
+  for (std::size_t i = 0; i < fit.factors.size(); ++i)
+    EXPECT_NEAR(fit.factors[i], 1, 0.12) << scene.solids[i].name;
+  const StaticFit again = need(fit_static(fit.scene, trial.markers, {}));
+  EXPECT_LT(again.rms_before, 1e-6);
+}
+
+TEST(StaticFit, RefusesATrialWithTooFewMarkers) {
+  const Scene scene = gait();
+  MarkerMotion trial = trial_of(scene, {0});
+  trial.names.resize(2);
+  trial.frames[0].conservativeResize(3, 2);
+  EXPECT_FALSE(fit_static(scene, trial, {}));
+}
+
+}  // namespace
+}  // namespace borelli::test::static_fit_test
