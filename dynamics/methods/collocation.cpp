@@ -12,17 +12,17 @@ namespace borelli {
 
 namespace {
 
-constexpr int nodes = Collocation::nodes, half = nodes / 2;
+constexpr int node_count = Collocation::nodes, half = node_count / 2;
 
 // Fraction of the tolerance that the iteration may leave as residual.
 constexpr double left_undone = 0.03;
-// Changes below `rounding` are rounding; rates are not estimated from changes below tells_rate * rounding.
-constexpr double rounding = 1e-15, tells_rate = 1e4;
+// Changes below `value_rounding` are rounding; rates are not estimated from changes below tells_rate * value_rounding.
+constexpr double value_rounding = 1e-15, tells_rate = 1e4;
 // Lower bound of the contraction rate, so that one lucky round does not end the iteration.
 constexpr double least_rate = 0.01;
 // Iterations with a rate above slowest_rate are abandoned. Steps aim at aimed_rate and at most aimed_rounds.
 constexpr double slowest_rate = 0.9, aimed_rate = 0.3;
-constexpr int most_rounds = 12, aimed_rounds = 8;
+constexpr int most_node_rounds = 12, aimed_rounds = 8;
 // The check for a hopeless step runs every so many rounds; most steps end before the first check.
 constexpr int rounds_to_judgement = 4;
 // For shortened steps, whose error is not judged: the most rounds, and the most bisections of the step.
@@ -44,7 +44,7 @@ constexpr double farthest = 2.5;
 constexpr double farthest_growth = 1.2;
 // The slope jumps at an end of the step if its deviation there exceeds this multiple of what the last
 // coefficients explain.
-constexpr double leap = 8;
+constexpr double node_leap = 8;
 
 /// One number per node, or one weight per node.
 using AtNodes = Lanes;
@@ -59,40 +59,40 @@ double legendre(int degree, double x) {
 /// The Gauss nodes on [0, 1] and derived tables, in lanes of type L.
 template <class L>
 struct TablesOf {
-  double c[nodes], b[nodes];
-  L places;               ///< c
-  L coupling[nodes];      ///< per node: contribution of its slope to the moves to all nodes
-  L weights;              ///< b
-  L coefficients[nodes];  ///< per node, one lane per degree: Legendre coefficients of the slopes
-  L start, end;           ///< weights that extrapolate a polynomial from the nodes to 0 and 1
+  double c[node_count], b[node_count];
+  L places;                    ///< c
+  L coupling[node_count];      ///< per node: contribution of its slope to the moves to all nodes
+  L weights;                   ///< b
+  L coefficients[node_count];  ///< per node, one lane per degree: Legendre coefficients of the slopes
+  L start, end;                ///< weights that extrapolate a polynomial from the nodes to 0 and 1
 
   TablesOf() {
-    for (int i = 0; i < nodes; ++i) {
-      double x = -std::cos(M_PI * (i + 0.75) / (nodes + 0.5)), slope = 1;
+    for (int i = 0; i < node_count; ++i) {
+      double x = -std::cos(M_PI * (i + 0.75) / (node_count + 0.5)), slope = 1;
       for (int k = 0; k < 10; ++k) {
-        slope = nodes * (legendre(nodes - 1, x) - x * legendre(nodes, x)) / (1 - x * x);
-        x -= legendre(nodes, x) / slope;
+        slope = node_count * (legendre(node_count - 1, x) - x * legendre(node_count, x)) / (1 - x * x);
+        x -= legendre(node_count, x) / slope;
       }
       c[i] = (1 + x) / 2;
       b[i] = 1 / ((1 - x * x) * slope * slope);
     }
-    for (int i = 0; i < nodes; ++i) {
+    for (int i = 0; i < node_count; ++i) {
       places.set(i, c[i]);
       weights.set(i, b[i]);
       start.set(i, lagrange(i, 0));
       end.set(i, lagrange(i, 1));
-      for (int degree = 0; degree < nodes; ++degree)
+      for (int degree = 0; degree < node_count; ++degree)
         coefficients[i].set(degree, (2 * degree + 1) * b[i] * legendre(degree, 2 * c[i] - 1));
-      for (int j = 0; j < nodes; ++j) {
+      for (int j = 0; j < node_count; ++j) {
         double integral = 0;
-        for (int k = 0; k < nodes; ++k) integral += c[i] * b[k] * lagrange(j, c[i] * c[k]);
+        for (int k = 0; k < node_count; ++k) integral += c[i] * b[k] * lagrange(j, c[i] * c[k]);
         coupling[j].set(i, integral);
       }
     }
   }
   double lagrange(int j, double x) const {
     double value = 1;
-    for (int k = 0; k < nodes; ++k)
+    for (int k = 0; k < node_count; ++k)
       if (k != j) value *= (x - c[k]) / (c[j] - c[k]);
     return value;
   }
@@ -109,7 +109,7 @@ double sum(const L& parts) {
 template <class L>
 L combined(const L* weights, const L& slopes) {
   L even = 0, odd = 0;
-  for (int k = 0; k < nodes; k += 2) {
+  for (int k = 0; k < node_count; k += 2) {
     even += weights[k] * slopes[k];
     odd += weights[k + 1] * slopes[k + 1];
   }
@@ -163,27 +163,27 @@ void find_coefficients(const TablesOf<L>& by, const L* slopes, const Eigen::Vect
 /// next step, listed last.
 struct Support {
   int from, to;
-  double at[nodes + 1], scale[nodes + 1];
+  double at[node_count + 1], scale[node_count + 1];
 
   Support(int from_node, int to_node, double start) : from(from_node), to(to_node) {
-    std::copy(tables.c, tables.c + nodes, at);
-    at[nodes] = start;
-    for (int k = 0; k <= nodes; ++k) {
+    std::copy(tables.c, tables.c + node_count, at);
+    at[node_count] = start;
+    for (int k = 0; k <= node_count; ++k) {
       scale[k] = 1;
-      for (int j = 0; j <= nodes; ++j)
+      for (int j = 0; j <= node_count; ++j)
         if (j != k && holds(j)) scale[k] /= at[k] - at[j];
     }
   }
-  bool holds(int place) const { return place == nodes || (place >= from && place < to); }
+  bool holds(int place) const { return place == node_count || (place >= from && place < to); }
 };
 
 /// The values of that polynomial at eight other points, as weights of the known values.
 template <class L>
 struct Continuation {
-  L weights[nodes + 1];
+  L weights[node_count + 1];
 
   Continuation(const Support& by, const L& where) {
-    L before = where - by.at[nodes], after = 1;
+    L before = where - by.at[node_count], after = 1;
     for (L& weight : weights) weight = 0;
     for (int k = by.from; k < by.to; ++k) {
       weights[k] = before * by.scale[k];
@@ -193,12 +193,12 @@ struct Continuation {
       weights[k] *= after;
       after *= where - by.at[k];
     }
-    weights[nodes] = after * by.scale[nodes];
+    weights[node_count] = after * by.scale[node_count];
   }
 };
 
-const Support of_this_step(0, nodes, 0), of_step_before(1, nodes, 1), of_its_end(nodes - 2, nodes, 1),
-    of_first_half(0, half, 0);
+const Support of_this_step(0, node_count, 0), of_step_before(1, node_count, 1),
+    of_its_end(node_count - 2, node_count, 1), of_first_half(0, half, 0);
 
 /// slopes <- the polynomial through the known values at the points `where`, for components from `from` to
 /// before `to`.
@@ -208,7 +208,7 @@ void continue_slopes(const Support& by, const L& where, Eigen::Index from, Eigen
   const Continuation<L> continuation(by, where);
   for (Eigen::Index i = from; i < to; ++i) {
     const L known = combined(continuation.weights, slopes[i]);
-    slopes[i] = known + continuation.weights[nodes] * start[i];
+    slopes[i] = known + continuation.weights[node_count] * start[i];
   }
 }
 
@@ -229,7 +229,7 @@ void Collocation::reset() {
 }
 
 bool Collocation::keep(Keeper& k) {
-  Eigen::MatrixXd slopes(nodes, slopes_.size());
+  Eigen::MatrixXd slopes(node_count, slopes_.size());
   for (Eigen::Index i = 0; i < slopes_.size(); ++i) slopes_[i].store(slopes.col(i).data());
   k(last_.known, last_.step, last_.rate, last_.fall, rejected_, slopes);
   slopes_.resize(slopes.cols());
@@ -252,7 +252,7 @@ void Collocation::guess(const Flow& flow, double h, const Eigen::VectorXd& dy) {
   // lanes, extrapolating from more nodes up to the last one costs more rounds, not fewer.
   const bool far = last_.fall * growth(1 + 2 * tables.c[half - 1] * ratio) > farthest_growth;
   const Support& by = !before ? of_this_step : far ? of_its_end : of_step_before;
-  continue_slopes(by, by.at[nodes] + ratio * tables.places, flow, dy, slopes_);
+  continue_slopes(by, by.at[node_count] + ratio * tables.places, flow, dy, slopes_);
   last_.rate = std::min(1., last_.rate * ratio * ratio);
 }
 
@@ -289,13 +289,13 @@ bool Collocation::evaluate(Flow& flow, double t, double h, int from, int to) {
 /// the second half (only without lanes).
 bool Collocation::evaluate(Flow& flow, double t, double h, const Eigen::VectorXd& y,
                            const Eigen::VectorXd& dy, bool foretell) {
-  if (flow.has_lanes()) return flow.derivatives(stages_, nodes, slopes_);
+  if (flow.has_lanes()) return flow.derivatives(stages_, node_count, slopes_);
   if (!evaluate(flow, t, h, 0, half)) return false;
   if (foretell) {
     continue_slopes(of_first_half, tables.places, flow, dy, slopes_);
     place(flow, h, y);
   }
-  return evaluate(flow, t, h, half, nodes);
+  return evaluate(flow, t, h, half, node_count);
 }
 
 Collocation::Outcome Collocation::solve(Flow& flow, double t, double h, const Eigen::VectorXd& y,
@@ -314,19 +314,20 @@ Collocation::Outcome Collocation::solve(Flow& flow, double t, double h, const Ei
     if (!evaluate(flow, t, h, y, dy, foretell && rounds_ == 1)) return Outcome::not_evaluated;
     const double change = place(flow, h, y);
     if (!std::isfinite(change)) return Outcome::unsettled;
-    if (change <= rounding || (rounds_ > 1 && before <= tells_rate * rounding))
+    if (change <= value_rounding || (rounds_ > 1 && before <= tells_rate * value_rounding))
       last_.rate = least_rate;
     else if (rounds_ > 1)
       last_.rate = std::max(change / before, least_rate);
     if (last_.rate < 1 && last_.rate * change <= left_undone * tolerance_ * (1 - last_.rate)) {
       // The slopes after one round are rough; a longer next step may need more rounds.
-      if (rounds_ > 1 || !judged || change <= rounding || judge(flow, h).error <= aimed_error) break;
+      if (rounds_ > 1 || !judged || change <= value_rounding || judge(flow, h).error <= aimed_error) break;
     } else if (judged) {
       if (rounds_ % rounds_to_judgement == 0) {
         const Judgement now = judge(flow, h);
         if (now.error > hopeless_error && change < settled_shape * now.coefficient) return Outcome::hopeless;
       }
-      if (rounds_ > 2 && (last_.rate > slowest_rate || rounds_ >= most_rounds)) return Outcome::unsettled;
+      if (rounds_ > 2 && (last_.rate > slowest_rate || rounds_ >= most_node_rounds))
+        return Outcome::unsettled;
     } else if (rounds_ == most_rounds_to_part) {
       return Outcome::unsettled;
     }
@@ -350,9 +351,9 @@ Collocation::Judgement Collocation::judge(const Flow& flow, double h) {
     if (std::isinf(scale[i])) continue;
     const double per = h / scale[i];
     const auto size = [&](int degree) { return std::abs(coefficients_[i][degree]) * per; };
-    const double last = size(nodes - 1), last_but_one = size(nodes - 2);
+    const double last = size(node_count - 1), last_but_one = size(node_count - 2);
     if (std::max(last, last_but_one) <= too_small * tolerance_) continue;
-    const double falls = std::max(last, last_but_one) / std::max(size(nodes - 5), size(nodes - 6));
+    const double falls = std::max(last, last_but_one) / std::max(size(node_count - 5), size(node_count - 6));
     const double fall = falls < 1 ? std::sqrt(std::sqrt(falls)) : 1;
     const double coefficient = std::max(last, fall * last_but_one);
     if (coefficient <= too_small * tolerance_) continue;
@@ -375,8 +376,8 @@ bool Collocation::leaps_at_an_end(const Flow& flow, double h, const Eigen::Vecto
     const double off = std::max(std::abs(at(tables.start) - dy[i]), std::abs(at(tables.end) - slope_[i]));
     if (tables.c[0] * off * h / scale[i] <= tolerance_) continue;
     const double smooth =
-        std::max(std::abs(coefficients_[i][nodes - 1]), std::abs(coefficients_[i][nodes - 2]));
-    if (!(off <= leap * smooth)) return true;
+        std::max(std::abs(coefficients_[i][node_count - 1]), std::abs(coefficients_[i][node_count - 2]));
+    if (!(off <= node_leap * smooth)) return true;
   }
   return false;
 }
@@ -396,7 +397,7 @@ Attempt Collocation::attempt(Flow& flow, double t, double h, const Eigen::Vector
     return {.accepted = false, .next_step = 0.5 * h, .worst = attempt.worst};
   last_.known = Known::this_step;
   attempt.accepted = outcome == Outcome::solved && error <= 1;
-  double factor = std::pow(aimed_error / std::max(error, 1e-300), 1. / (2 * nodes + 1));
+  double factor = std::pow(aimed_error / std::max(error, 1e-300), 1. / (2 * node_count + 1));
   if (rounds_ > 1) factor = std::min(factor, std::sqrt(aimed_rate / last_.rate));
   factor = std::min(factor, double(aimed_rounds) / rounds_);
   factor = std::clamp(factor, least_shrink, !attempt.accepted ? 0.9 : grows ? most_growth : 1);
@@ -441,14 +442,14 @@ bool Collocation::prepare_dense(Flow&, double, double, const Eigen::VectorXd& y,
 }
 
 void Collocation::interpolate(double theta, Eigen::VectorXd& y) const {
-  double weights[nodes];
-  for (int i = 0; i < nodes; ++i) {
+  double weights[node_count];
+  for (int i = 0; i < node_count; ++i) {
     weights[i] = 0;
-    for (int k = 0; k < nodes; ++k)
+    for (int k = 0; k < node_count; ++k)
       weights[i] += theta * tables.b[k] * tables.lagrange(i, theta * tables.c[k]);
   }
   y = start_;
-  for (int i = 0; i < nodes; ++i)
+  for (int i = 0; i < node_count; ++i)
     for (Eigen::Index c = 0; c < y.size(); ++c) y[c] += last_.step * weights[i] * slopes_[c][i];
 }
 

@@ -15,7 +15,7 @@ int error_power(const EmbeddedTableau& tableau) {
 }
 
 // Slopes whose relative difference is smaller differ only by rounding.
-constexpr double rounding = 1e-12;
+constexpr double same_slopes = 1e-12;
 
 /// Euclidean distance of two vectors over `count` components from `first`, each relative to its scale.
 double distance(const Eigen::VectorXd& scale, const Eigen::VectorXd& a, const Eigen::VectorXd& b,
@@ -107,7 +107,7 @@ void EmbeddedRungeKutta::test_stiffness(const Flow& flow, const Eigen::VectorXd&
   const Eigen::VectorXd& scale = flow.error_scale();
   const Eigen::Index first = flow.positions(), count = acting_components(flow) - first;
   const double change = distance(scale, dy, last_slope_, first, count);
-  if (last_gap_ <= 0 || change <= rounding * size(scale, dy, first, count)) return;
+  if (last_gap_ <= 0 || change <= same_slopes * size(scale, dy, first, count)) return;
   if (last_step_ * change / last_gap_ > tableau_.stability) {
     other_steps_ = 0;
     if (++stiff_steps_ == 15) stiff_ = true;

@@ -19,7 +19,7 @@ namespace borelli {
 
 namespace {
 
-constexpr const char* no_convergence =
+constexpr const char* solver_stopped =
     "the equations of an implicit step did not converge at any step size, so the tolerance cannot be met; "
     "take a larger tolerance";
 constexpr const char* no_accuracy =
@@ -99,7 +99,7 @@ struct Base {
 };
 
 Attempt failed(bool accuracy) {
-  return {.evaluated = false, .accepted = false, .trouble = accuracy ? no_accuracy : no_convergence};
+  return {.evaluated = false, .accepted = false, .trouble = accuracy ? no_accuracy : solver_stopped};
 }
 
 /// A step too short to advance time.

@@ -15,7 +15,7 @@
 namespace borelli {
 namespace {
 
-constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
+constexpr double unknown_number = std::numeric_limits<double>::quiet_NaN();
 
 // motions are computed to the tolerance divided by this
 constexpr double margin = 100;
@@ -111,10 +111,10 @@ bool acts_on_nothing_else(const Action& action, const std::set<std::string>& loc
       action.kind);
 }
 
-class Search {
+class SmallestModel {
  public:
-  Search(const Scene& scene, const EconomySettings& settings,
-         const std::function<void(const std::string&, double)>& progress)
+  SmallestModel(const Scene& scene, const EconomySettings& settings,
+                const std::function<void(const std::string&, double)>& progress)
       : scene_(scene), settings_(settings), progress_(progress) {}
 
   Result<Economy> run() {
@@ -348,7 +348,7 @@ class Search {
     const auto t = !system ? tl::unexpected(system.error()) : rough ? rough_motion(*system) : motion(*system);
     change.beside = taken_;
     change.reason = t ? "" : t.error().message();
-    const auto error = t ? error_of(*t) : std::pair(nothing, std::string());
+    const auto error = t ? error_of(*t) : std::pair(unknown_number, std::string());
     change.error = error.first;
     return error;
   }
@@ -438,7 +438,7 @@ class Search {
 
 Result<Economy> scene_economy(const Scene& scene, const EconomySettings& settings,
                               const std::function<void(const std::string&, double)>& progress) {
-  return Search(scene, settings, progress).run();
+  return SmallestModel(scene, settings, progress).run();
 }
 
 }  // namespace borelli

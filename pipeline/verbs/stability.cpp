@@ -27,7 +27,7 @@
 namespace borelli {
 namespace {
 
-constexpr const char* partial = "stability.partial.json";
+constexpr const char* unfinished_map = "stability.unfinished_map.json";
 
 struct StabilityOptions {
   std::vector<std::string> scenes, methods;
@@ -228,7 +228,7 @@ Result<void> check_outputs(const StabilityOptions& o) {
     files.insert(files.end(), {"long.csv", "long.html"});
   } else {
     files = plot_files(map_drawings());
-    files.insert(files.end(), {"stability.csv", "limits.csv", "stability.html", partial});
+    files.insert(files.end(), {"stability.csv", "limits.csv", "stability.html", unfinished_map});
   }
   const std::filesystem::path folder = o.folder;
   auto fine = check_folder_writable(folder, files);
@@ -256,7 +256,7 @@ Result<nlohmann::json> work_on_map(const StabilityOptions& o, const Command& com
   if (!sweep) return tl::unexpected(sweep.error());
   ProgressBar bar(command.json);
   bar.begin("stability");
-  const KeptColumns kept(folder / partial, asked_for(o, *sweep));
+  const KeptColumns kept(folder / unfinished_map, asked_for(o, *sweep));
   StabilityObserver observer;
   Result<void> written;
   constexpr const char* stopped =

@@ -41,7 +41,7 @@ struct Element {
   std::uint32_t length = 0;
 };
 
-struct CloseFile {
+struct CloseElements {
   void operator()(std::FILE* file) const { std::fclose(file); }
 };
 
@@ -144,7 +144,7 @@ class Reader {
     return false;
   }
 
-  std::unique_ptr<std::FILE, CloseFile> file_;
+  std::unique_ptr<std::FILE, CloseElements> file_;
   std::optional<ByteSource> inflated_;
   bool damaged_ = false;  // the deflated stream is damaged
   std::uint64_t size_, position_ = 0;

@@ -174,17 +174,18 @@ std::optional<FoundSphere> sphere_through(const std::vector<Vector3d>& points) {
 namespace {
 
 // a radius at which many rays have an edge, and their number
-struct Agreed {
+struct AgreedRadius {
   double radius = 0;
   int count = 0;
 };
 
-std::vector<Agreed> agreed_radii(const std::vector<std::vector<double>>& edges, double least, double most) {
+std::vector<AgreedRadius> agreed_radii(const std::vector<std::vector<double>>& edges, double least,
+                                       double most) {
   const auto bins = static_cast<std::size_t>(most - least) + 2;
   std::vector<int> count(bins, 0);
   for (const auto& ray : edges)
     for (const double r : ray) ++count[static_cast<std::size_t>(r - least)];
-  std::vector<Agreed> peaks;
+  std::vector<AgreedRadius> peaks;
   std::vector<int> wide(bins, 0);
   for (std::size_t n = 0; n < bins; ++n)
     wide[n] = count[n] + (n > 0 ? count[n - 1] : 0) + (n + 1 < bins ? count[n + 1] : 0);

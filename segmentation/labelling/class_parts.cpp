@@ -39,16 +39,16 @@ double side_of(const Landmarks& landmarks, const Anatomy& a, const Vector3d& poi
 }
 
 // the contact region of the bones of two parts
-struct Contact {
+struct ClassContact {
   std::vector<Vector3d> surface;       // of the distal bone, within `reach` of the other
   Vector3d middle = Vector3d::Zero();  // half way between the two bones
 };
 
 // `counts`: whether a voxel of either bone is considered
 template <class IsOther, class Counts>
-Contact contact_of(const Anatomy& a, const Volume<std::uint8_t>& seeds, int distal, const IsOther& other,
-                   const Counts& counts, double reach) {
-  Contact out;
+ClassContact contact_of(const Anatomy& a, const Volume<std::uint8_t>& seeds, int distal, const IsOther& other,
+                        const Counts& counts, double reach) {
+  ClassContact out;
   const auto& g = a.grid();
   const auto n = static_cast<std::int64_t>(std::ceil(reach / a.step()));
   double pairs = 0;
@@ -181,7 +181,7 @@ void ClassParts::find_joints(const Anatomy& a, const Volume<std::uint8_t>& seeds
       return there == marks.end() || (r && r->parts != 0);
     };
     // the gap between a joint's bones is 3 mm (hip) to 15 mm (wrist, with thick slices)
-    Contact contact;
+    ClassContact contact;
     for (const double reach : head ? std::vector{12.} : std::vector{6., 9., 12., 18.})
       if (contact.surface.size() < 6) contact = contact_of(a, seeds, distal, meets, counts, reach);
     if (contact.surface.size() < 6) continue;

@@ -157,9 +157,9 @@ namespace {
 
 // The lean surfaces of an arm and of all other parts, and the fat thickness below the free skin of either,
 // near their contact.
-class Contact {
+class FleshContact {
  public:
-  Contact(const Anatomy& a, const Mask& lean, const Volume<std::uint8_t>& owner, int arm)
+  FleshContact(const Anatomy& a, const Mask& lean, const Volume<std::uint8_t>& owner, int arm)
       : a_(a),
         lean_(lean),
         owner_(owner),
@@ -295,7 +295,7 @@ class Contact {
 
 // Majority filter: a disputed voxel takes the side of most of its neighbours. Corrects single voxels that
 // noise or a vessel put on the wrong side.
-void smooth_border(const Anatomy& a, const Contact& contact, int arm, Volume<std::uint8_t>& owner) {
+void smooth_border(const Anatomy& a, const FleshContact& contact, int arm, Volume<std::uint8_t>& owner) {
   const auto& g = a.grid();
   const Volume<std::uint8_t> before = owner;
   contact.box().each([&](std::int64_t i, std::int64_t j, std::int64_t k) {
@@ -329,7 +329,7 @@ void part_touching_flesh(const Anatomy& a, const Mask& lean, Volume<std::uint8_t
   const auto& g = a.grid();
   for (const int arm : {1, 2}) {
     const Volume<std::uint8_t> before = owner;
-    const Contact contact(a, lean, before, arm);
+    const FleshContact contact(a, lean, before, arm);
     const Box& box = contact.box();
     if (box.empty()) continue;
     // fat thickness hardly changes over this many voxels
