@@ -69,7 +69,7 @@ SwitchKind read_switch_kind(TomlTable& table, std::string_view key, std::index_s
   return out;
 }
 
-using Kinds = std::make_index_sequence<std::variant_size_v<SwitchKind>>;
+using SwitchKinds = std::make_index_sequence<std::variant_size_v<SwitchKind>>;
 
 template <std::size_t... i>
 std::vector<std::string_view> kind_names(std::index_sequence<i...>) {
@@ -201,7 +201,7 @@ std::vector<Switch> read_short_form(TomlTable& table, const ShortForm& form) {
 
 Switch read_elementary(TomlTable& table, std::string_view key) {
   Switch out;
-  out.kind = read_switch_kind(table, key, Kinds{});
+  out.kind = read_switch_kind(table, key, SwitchKinds{});
   if (std::holds_alternative<Fixed>(out.kind)) {
     table.finish();
     return out;
@@ -243,7 +243,7 @@ Switch read_elementary(TomlTable& table, std::string_view key) {
 }  // namespace
 
 std::vector<Switch> read_switches(TomlTable& table) {
-  std::vector<std::string_view> keys = kind_names(Kinds{});
+  std::vector<std::string_view> keys = kind_names(SwitchKinds{});
   for (const ShortForm& form : short_forms) keys.push_back(form.name);
   const std::string_view key = table.one_of(keys);
   for (const ShortForm& form : short_forms)

@@ -23,17 +23,17 @@ std::ptrdiff_t offset_of(int step, const Grid& g) {
 typedef float Four __attribute__((vector_size(16)));
 typedef std::int32_t FourWords __attribute__((vector_size(16)));
 
-struct Row {
+struct NeighbourRow {
   std::ptrdiff_t offset;  // of its first neighbour
   Four half;              // half of each step's length, mm
   FourWords bit;          // one per step, but none for the voxel itself
 };
 
-std::array<Row, 9> rows_about(const Grid& g) {
+std::array<NeighbourRow, 9> rows_about(const Grid& g) {
   const auto h = static_cast<float>(g.axes.col(0).norm());
-  std::array<Row, 9> rows{};
+  std::array<NeighbourRow, 9> rows{};
   for (int step = 0; step < steps_to_all; ++step) {
-    Row& row = rows[static_cast<std::size_t>(step) / 3];
+    NeighbourRow& row = rows[static_cast<std::size_t>(step) / 3];
     const int a = step % 3 - 1, b = step / 3 % 3 - 1, c = step / 9 - 1;
     row.half[step % 3] = 0.5F * h * std::sqrt(static_cast<float>(a * a + b * b + c * c));
     if (a || b || c) row.bit[step % 3] = 1 << step;
@@ -78,7 +78,8 @@ class Ways {
       for (std::size_t n = 0; n < buckets_[b].size(); ++n) {
         constexpr std::size_t ahead = 4;  // prefetch the neighbours of this later entry
         if (n + ahead < buckets_[b].size())
-          for (const Row& row : rows_) __builtin_prefetch(place_ + buckets_[b][n + ahead].to + row.offset);
+          for (const NeighbourRow& row : rows_)
+            __builtin_prefetch(place_ + buckets_[b][n + ahead].to + row.offset);
         const Way way = buckets_[b][n];
         if (place_[way.to].length != way.length) continue;
         owner_[way.to] = way.label;
@@ -168,7 +169,7 @@ class Ways {
   float longest_, width_;
   std::int64_t first_, last_;  // columns
   std::ptrdiff_t count_;
-  std::array<Row, 9> rows_;
+  std::array<NeighbourRow, 9> rows_;
   std::array<std::ptrdiff_t, steps_to_all> offset_;
   std::vector<std::vector<Way>> buckets_;  // by length
 };
