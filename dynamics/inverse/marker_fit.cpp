@@ -116,6 +116,7 @@ struct MarkerFit::Work {
   void fill_column(const PointSums& carried, std::size_t body, int step, int u);
   Result<void> find_rows(double t, const VectorXd& q);
   VectorXd step(double damping, const std::vector<char>& held);
+  double shortening(const VectorXd& x) const;
   std::vector<char> find_held(const VectorXd& q) const;
   VectorXd moved(const VectorXd& q, const VectorXd& x) const;
   double row_error() const;
@@ -268,6 +269,16 @@ VectorXd MarkerFit::Work::step(double damping, const std::vector<char>& held) {
   return x.allFinite() ? x : VectorXd();
 }
 
+/// The share of a step that turns no coordinate by more than half a radian and moves none by more than half of
+/// the scene's length: longer ones would leave the branch that the start is on, such as a knee by a full turn.
+double MarkerFit::Work::shortening(const VectorXd& x) const {
+  double longest = 0;
+  for (const CoordinateInfo& c : system.coordinates)
+    for (int i = c.v_index; i < c.v_index + c.v_size; ++i)
+      longest = std::max(longest, std::abs(x[i]) / (c.angle ? 1 : system.length));
+  return longest > 0.5 ? 0.5 / longest : 1;
+}
+
 VectorXd MarkerFit::Work::moved(const VectorXd& q, const VectorXd& x) const {
   VectorXd to = q;
   from_local_coordinates(system, q.data(), x.data(), to.data());
@@ -374,8 +385,9 @@ Result<MarkerFrame> MarkerFit::fit(double t, const Eigen::Matrix3Xd& measured, c
     // lower damping after a step that served, more until one does
     bool lower = false;
     for (int attempt = 0; attempt < 30 && !lower; ++attempt) {
-      const VectorXd x = w.step(damping, held);
+      VectorXd x = w.step(damping, held);
       if (x.size() > 0) {
+        x *= w.shortening(x);
         if (!w.rows.empty()) penalty = std::max(penalty, 2 * w.multipliers.cwiseAbs().maxCoeff());
         trial = w.moved(at, x);
         const double size = w.step_size(at, trial);

@@ -154,19 +154,30 @@ std::vector<VectorXd> other_starts(const System& system) {
   return starts;
 }
 
-/// The best fit of the first frame. Far: farther than a fiftieth of the scene's size.
+/// Brings angles of simple hinges within half a turn of where they start.
+void unwind(const System& system, VectorXd& q) {
+  for (const CoordinateInfo& c : system.coordinates)
+    if (c.kind == "rotation")
+      q[c.q_index] = system.initial.q[c.q_index] +
+                     std::remainder(q[c.q_index] - system.initial.q[c.q_index], 2 * std::numbers::pi);
+}
+
+/// The fit of the first frame from the scene's initial positions. If it is far from the markers (a fiftieth of
+/// the scene's size), the best of fits from other attitudes that is nearer by half.
 Result<VectorXd> find_start(const System& system, MarkerFit& fit, double t, const Matrix3Xd& measured,
                             const VectorXd& values) {
   VectorXd best = system.initial.q;
   auto frame = fit.fit(t, measured, values, best);
   if (!frame) return tl::unexpected(frame.error());
-  double least = frame->rms;
-  if (least <= system.length / 50) return best;
+  unwind(system, best);
+  if (frame->rms <= system.length / 50) return best;
+  double least = frame->rms / 2;
   for (VectorXd& q : other_starts(system)) {
-    auto other = fit.fit(t, measured, values, q);
-    if (!other || !(other->rms < 0.99 * least)) continue;
+    const auto other = fit.fit(t, measured, values, q);
+    if (!other || !(other->rms < least)) continue;
     least = other->rms;
     best = q;
+    unwind(system, best);
   }
   return best;
 }
