@@ -20,7 +20,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double marker_spread = 0.01;  // m
+constexpr double least_marker_spread = 0.01;  // m
 constexpr double factor_spread = 0.1;
 
 /// The trial as one frame: each marker's mean over the frames that show it.
@@ -65,7 +65,7 @@ class FactorSolve {
   FactorSolve(const Scene& scene, const std::vector<std::string>& markers, bool per_segment)
       : scene_(scene), markers_(markers), per_segment_(per_segment) {}
 
-  Result<VectorXd> solve(const Matrix3Xd& measured, const VectorXd& q) const {
+  Result<VectorXd> solve(const Matrix3Xd& measured, const VectorXd& q, double marker_spread) const {
     const auto n = Eigen::Index(scene_.solids.size());
     const Eigen::Index unknowns = per_segment_ ? n : 1;
     const VectorXd ones = VectorXd::Ones(n);
@@ -169,7 +169,7 @@ Result<StaticFit> fit_static(const Scene& scene, const MarkerMotion& trial, cons
   constexpr int most_turns = 500;
   int turns = 0;
   for (double change = 1; change > 1e-6 && turns < most_turns; ++turns) {
-    const auto factors = solve.solve(measured, q);
+    const auto factors = solve.solve(measured, q, std::max(least_marker_spread, pose->rms()));
     if (!factors) return tl::unexpected(factors.error());
     change = 0;
     for (std::size_t b = 0; b < out.factors.size(); ++b) {
@@ -192,6 +192,18 @@ Result<StaticFit> fit_static(const Scene& scene, const MarkerMotion& trial, cons
   if (turns == most_turns) out.warnings.push_back("the factors still changed when the fit ended");
   out.rms_after = pose->rms();
 
+  double mean_factor = 0;
+  for (double s : out.factors) mean_factor += s / double(out.factors.size());
+  std::vector<std::string> odd;
+  for (std::size_t b = 0; b < out.factors.size(); ++b)
+    if (std::abs(out.factors[b] / mean_factor - 1) > 0.15)
+      odd.push_back(fmt::format("{} {:.2f}", printable(scene.solids[b].name), out.factors[b]));
+  if (!odd.empty())
+    out.warnings.push_back(
+        fmt::format("factors that differ from the mean, {:.2f}, by more than 15 %: {}; the model's shape or "
+                    "markers may not be this "
+                    "person's: look at the marker errors, or scale the whole body by one factor",
+                    mean_factor, name_list(odd)));
   MassScaling masses{.rule = request.keep_masses ? MassScaling::Rule::kept : MassScaling::Rule::by_volume,
                      .factor = 1};
   auto whole = scaled(scene, out.factors, masses);

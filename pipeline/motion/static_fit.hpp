@@ -28,11 +28,13 @@ struct StaticFit {
 };
 
 /// Factors s and pose q minimise
-///   sum_m |x_m(q, s) - y_m|^2 / (1 cm)^2 + sum_b (s_b - g)^2 / (10 %)^2
-/// over the markers that model and trial share, each at its mean place y_m, where g is a factor of the whole body: a segment without
-/// enough markers follows the others. Marker places are linear in s at a given pose, so least squares in s
-/// and fits of the pose (marker_fit.hpp) take turns until no factor changes by 1e-6. Errors: as fit_motion,
-/// fewer than three markers in the trial, a factor that is not between 0.2 and 5.
+///   sum_m |x_m(q, s) - y_m|^2 / sigma^2 + sum_b (s_b - g)^2 / (10 %)^2
+/// over the markers that model and trial share, each at its mean place y_m. g is a factor of the whole body: a
+/// segment without enough markers follows the others. sigma is the root mean square of the markers' errors,
+/// at least 1 cm: where a model does not have the person's shape, its segments do not stretch to make up for it.
+/// Marker places are linear in s at a given pose, so least squares in s and fits of the pose (marker_fit.hpp)
+/// take turns until no factor changes by 1e-6. Errors: as fit_motion, fewer than three markers in the trial, a
+/// factor that is not between 0.2 and 5.
 Result<StaticFit> fit_static(const Scene& scene, const MarkerMotion& trial, const StaticFitRequest& request);
 
 }  // namespace borelli

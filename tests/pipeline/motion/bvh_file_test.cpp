@@ -7,7 +7,7 @@
 
 #include "tests/paths.hpp"
 
-namespace borelli {
+namespace borelli::test::bvh_file_test {
 namespace {
 
 const std::string bvh_arm =
@@ -190,4 +190,4 @@ TEST(BvhFile, AMotionThatDoesNotFitItselfIsNotWritten) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::test::bvh_file_test

@@ -9,7 +9,7 @@
 
 #include "tests/paths.hpp"
 
-namespace borelli {
+namespace borelli::test::bvh_motion_test {
 namespace {
 
 using Eigen::Matrix3d;
@@ -141,4 +141,4 @@ TEST(BvhMotion, MarkersNeedFramesAndAUnit) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::test::bvh_motion_test

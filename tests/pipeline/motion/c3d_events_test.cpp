@@ -5,7 +5,7 @@
 #include "tests/pipeline/motion/c3d_trial.hpp"
 #include "tests/pipeline/motion/c3d_writer.hpp"
 
-namespace borelli {
+namespace borelli::test::c3d_events_test {
 namespace {
 
 using test::C3dWriter;
@@ -66,4 +66,4 @@ TEST(C3dEvents, CountThatTheTimesDoNotHoldIsNamed) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::test::c3d_events_test

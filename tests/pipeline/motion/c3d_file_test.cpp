@@ -8,7 +8,7 @@
 #include "tests/pipeline/motion/c3d_trial.hpp"
 #include "tests/pipeline/motion/c3d_writer.hpp"
 
-namespace borelli {
+namespace borelli::test::c3d_file_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -255,4 +255,4 @@ TEST(C3dFile, WhatIsNoC3dIsRefusedInWords) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::test::c3d_file_test

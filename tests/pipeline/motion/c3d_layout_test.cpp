@@ -5,7 +5,7 @@
 #include "tests/pipeline/motion/c3d_trial.hpp"
 #include "tests/pipeline/motion/c3d_writer.hpp"
 
-namespace borelli {
+namespace borelli::test::c3d_layout_test {
 namespace {
 
 using test::C3dWriter;
@@ -173,4 +173,4 @@ TEST(C3dLayout, CountsThatDoNotFitAreRefusedInWords) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::test::c3d_layout_test

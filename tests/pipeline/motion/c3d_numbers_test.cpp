@@ -8,7 +8,7 @@
 #include <limits>
 #include <string>
 
-namespace borelli {
+namespace borelli::test::c3d_numbers_test {
 namespace {
 
 std::string raw(std::initializer_list<int> bytes) {
@@ -62,4 +62,4 @@ TEST(C3dNumbers, IeeeNumbersAreThoseOfThisMachine) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::test::c3d_numbers_test

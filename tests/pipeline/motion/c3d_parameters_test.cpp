@@ -5,7 +5,7 @@
 #include "tests/pipeline/motion/c3d_trial.hpp"
 #include "tests/pipeline/motion/c3d_writer.hpp"
 
-namespace borelli {
+namespace borelli::test::c3d_parameters_test {
 namespace {
 
 using test::C3dWriter;
@@ -117,4 +117,4 @@ TEST(C3dParameters, GarbageBehindTheSectionIsNoParameter) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::test::c3d_parameters_test

@@ -8,7 +8,7 @@
 #include "tests/pipeline/motion/c3d_trial.hpp"
 #include "tests/pipeline/motion/c3d_writer.hpp"
 
-namespace borelli {
+namespace borelli::test::c3d_plates_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -216,4 +216,4 @@ TEST(C3dPlates, PlatesThatCannotBeReadAreLeftOutAndNamed) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::test::c3d_plates_test

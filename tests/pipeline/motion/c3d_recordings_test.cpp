@@ -11,7 +11,7 @@
 #include "tests/paths.hpp"
 #include "tests/pipeline/motion/c3d_trial.hpp"
 
-namespace borelli {
+namespace borelli::test::c3d_recordings_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -167,4 +167,4 @@ TEST_F(C3dRecording, PlatesCarryTheBodyOnTheStair) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::test::c3d_recordings_test

@@ -10,7 +10,7 @@
 #include "tests/paths.hpp"
 #include "tests/pipeline/program_run.hpp"
 
-namespace borelli {
+namespace borelli::test::external_loads_test {
 namespace {
 
 const std::string grf_table =
@@ -164,4 +164,4 @@ TEST(ExternalLoads, BadFilesAreRefused) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::test::external_loads_test

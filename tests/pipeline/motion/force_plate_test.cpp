@@ -7,7 +7,7 @@
 
 #include "tests/pipeline/motion/c3d_trial.hpp"
 
-namespace borelli {
+namespace borelli::test::force_plate_test {
 namespace {
 
 using Eigen::Matrix3d;
@@ -223,4 +223,4 @@ TEST(ForcePlate, CornersThatAreNoRectangleAreRefusedInWords) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::test::force_plate_test

@@ -10,7 +10,7 @@
 #include "tests/paths.hpp"
 #include "tests/pipeline/program_run.hpp"
 
-namespace borelli {
+namespace borelli::test::ik_setup_test {
 namespace {
 
 constexpr double infinite_time = std::numeric_limits<double>::infinity();
@@ -166,4 +166,4 @@ TEST(InverseDynamicsSetup, ANegativeCutoffIsNoFilterAndTheRestIsListed) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::test::ik_setup_test

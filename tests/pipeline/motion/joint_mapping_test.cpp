@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace borelli {
+namespace borelli::test::joint_mapping_test {
 namespace {
 
 TEST(JointMapping, TabsEqualSignsAndBlanksPartTheNames) {
@@ -45,4 +45,4 @@ TEST(JointMapping, EachJointIsOneOfTheMotion) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::test::joint_mapping_test

@@ -9,7 +9,7 @@
 
 #include "tests/paths.hpp"
 
-namespace borelli {
+namespace borelli::test::motion_table_file_test {
 namespace {
 
 MotionTable table_in(const std::string& text, const std::string& file = "a.sto") {
@@ -187,4 +187,4 @@ TEST(MotionTableFile, ATableThatOpenSimWouldMisreadIsNotWritten) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::test::motion_table_file_test

@@ -5,7 +5,7 @@
 
 #include "tests/pipeline/program_run.hpp"
 
-namespace borelli {
+namespace borelli::test::opensim_property_test {
 namespace {
 
 XmlElement xml_of(const TestFolder& folder, const std::string& text) {
@@ -46,4 +46,4 @@ TEST(OpenSimProperty, SetsHoldTheirObjectsWithOrWithoutALevelBetween) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::test::opensim_property_test

@@ -7,7 +7,7 @@
 
 #include "pipeline/motion/length_unit.hpp"
 
-namespace borelli {
+namespace borelli::test::text_rows_test {
 namespace {
 
 using Cells = std::vector<std::string_view>;
@@ -67,4 +67,4 @@ TEST(LengthUnit, NamesInEveryForm) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::test::text_rows_test

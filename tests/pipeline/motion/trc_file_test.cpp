@@ -10,7 +10,7 @@
 
 #include "tests/paths.hpp"
 
-namespace borelli {
+namespace borelli::test::trc_file_test {
 namespace {
 
 const std::string trc_head =
@@ -220,4 +220,4 @@ TEST(TrcFile, AMotionThatDoesNotFitItselfIsNotWritten) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::test::trc_file_test
