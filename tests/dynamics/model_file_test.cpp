@@ -150,7 +150,7 @@ TEST(ModelFile, BadFilesAreRefusedInOneSentence) {
       {body("<geom type='cube'/>"), "model.xml:4: geom: type is 'cube', expected one of: plane"},
       {body("<geom size='nan'/>"), "model.xml:4: geom: size contains 'nan', expected finite numbers"},
       {body("<geom size='1,2'/>"), "size contains '1,2'"},
-      {body("<geom type='box' size='1 2'/>"), "a box takes 3 sizes, 2 are given"},
+      {body("<geom type='box' size='1 2'/>"), "a box needs 3 sizes, and 2 are given"},
       {body("<geom size='-1'/>"), "size contains -1, expected positive numbers"},
       {body("<geom size='1' mass='-1'/>"), "mass is -1"},
       {body("<geom size='1' class='c'/>"), "there is no class of defaults named 'c'"},

@@ -160,7 +160,8 @@ TEST(PutApart, NamesAContactThatNoCoordinateSeparates) {
     const auto out = put_apart(system, system.parameters, state);
     ASSERT_FALSE(out);
     EXPECT_EQ(out.error().message(),
-              "contact 'floor': overlaps at the start, and no move separates it: 0.05 remains");
+              "contact 'floor': overlaps at the start, and no move separates it: 0.05 remains; "
+              "change the initial positions");
     for (const char* method : {"moreau", "dop853", "gbs", "rk4"})
       for (const bool apart : {true, false}) {
         SimulationSettings how = settings(method, 0.1, 1e-3);
