@@ -11,7 +11,7 @@
 namespace borelli {
 
 struct StaticFitRequest {
-  bool per_segment = true;             ///< false: one factor for the whole model
+  bool per_segment = false;            ///< a factor for each solid; false: one for the whole model
   bool keep_masses = false;            ///< masses stay those of the model
   std::optional<double> mass;          ///< kg, of the whole body; empty: as the volumes say
   bool move_markers = true;            ///< put the model's markers where the trial shows them

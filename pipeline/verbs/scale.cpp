@@ -21,7 +21,7 @@ struct ScaleOptions {
   std::string model, trial, out;
   ModelOptions how;
   StaticFitRequest request;
-  bool whole = false, keep_markers = false;
+  bool keep_markers = false;
 };
 
 Result<json> work(const ScaleOptions& o, const Command& command) {
@@ -36,7 +36,6 @@ Result<json> work(const ScaleOptions& o, const Command& command) {
   if (!trial) return tl::unexpected(trial.error());
   command.warn(trial->warnings);
   StaticFitRequest request = o.request;
-  request.per_segment = !o.whole;
   request.move_markers = !o.keep_markers;
   const auto fit = fit_static(model->scene, trial->markers, request);
   if (!fit) return tl::unexpected(fit.error());
@@ -73,7 +72,9 @@ void add_scale(CLI::App& program, Command& command) {
   verb->add_option("model", o->model, "The model: OpenSim, MJCF, URDF or a scene, with markers")->required();
   verb->add_option("--static", o->trial, "The standing trial: TRC, C3D or BVH")->required();
   verb->add_option("-o,--out", o->out, "Scaled model to write, as a scene (.toml)");
-  verb->add_flag("--whole", o->whole, "One factor for the whole body instead of one for each segment");
+  verb->add_flag("--per-segment", o->request.per_segment,
+                 "A factor for each segment instead of one for the whole body; for a model that can take the "
+                 "trial's pose");
   verb->add_option("--mass", o->request.mass,
                    "Mass of the person, kg (default: each segment keeps its density)")
       ->check(positive_number());

@@ -83,7 +83,9 @@ TEST(StaticFit, FindsTheFactorsOfSegments) {
   std::vector<double> factors;
   for (const Solid& solid : scene.solids)
     factors.push_back(solid.name.starts_with("tibia") ? 1.06 : solid.name.starts_with("femur") ? 0.97 : 1.0);
-  const StaticFit fit = need(fit_static(scene, trial_of(scaled(scene, factors, {}).scene, {0.1}), {}));
+  StaticFitRequest request;
+  request.per_segment = true;
+  const StaticFit fit = need(fit_static(scene, trial_of(scaled(scene, factors, {}).scene, {0.1}), request));
   for (std::size_t i = 0; i < factors.size(); ++i)
     if (scene.solids[i].name.starts_with("tibia") || scene.solids[i].name.starts_with("femur")) {
       // the prior of 10 % draws a factor by a few thousandths where markers leave it room
@@ -95,8 +97,10 @@ TEST(StaticFit, FindsTheFactorsOfSegments) {
 TEST(StaticFit, PutsTheMarkersWhereTheTrialShowsThem) {
   const Scene scene = gait();
   const Recording trial = need(read_recording(shared_folder() + "/motion/gait10dof/subject01_static.trc"));
+  // (one factor: this model moves in a plane, and the person's feet stand apart, which segments would stretch for)
   StaticFitRequest request;
   request.mass = 72.6;
+  request.per_segment = false;
   const StaticFit fit = need(fit_static(scene, trial.markers, request));
   EXPECT_LT(fit.rms_after, fit.rms_before);
   EXPECT_NEAR(need(total_mass(fit.scene)), 72.6, 1e-9);
@@ -105,6 +109,17 @@ TEST(StaticFit, PutsTheMarkersWhereTheTrialShowsThem) {
     EXPECT_NEAR(fit.factors[i], 1, 0.12) << scene.solids[i].name;
   const StaticFit again = need(fit_static(fit.scene, trial.markers, {}));
   EXPECT_LT(again.rms_before, 1e-6);
+}
+
+TEST(StaticFit, DoubtsSegmentsThatStretchForAPoseTheModelCannotTake) {
+  const Scene scene = gait();
+  const Recording trial = need(read_recording(shared_folder() + "/motion/gait10dof/subject01_static.trc"));
+  StaticFitRequest request;
+  request.per_segment = true;
+  const StaticFit fit = need(fit_static(scene, trial.markers, request));
+  bool doubted = false;
+  for (const std::string& warning : fit.warnings) doubted |= warning.find("pelvis 1.3") != std::string::npos;
+  EXPECT_TRUE(doubted);
 }
 
 TEST(StaticFit, RefusesATrialWithTooFewMarkers) {
