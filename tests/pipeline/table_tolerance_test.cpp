@@ -133,7 +133,7 @@ TEST(TableTolerance, ReportsVoxelsThatCannotReachIt) {
   EXPECT_EQ(beyond_the_voxels(table, 0.01), "");
   const std::string said = beyond_the_voxels(table, 0.0049);
   EXPECT_NE(said.find("0.49 % is below"), std::string::npos) << said;
-  EXPECT_NE(said.find("0.5 % of hand_left mass_kg"), std::string::npos) << said;
+  EXPECT_NE(said.find("0.5 % for hand_left mass_kg"), std::string::npos) << said;
 }
 
 TEST(TableTolerance, IsReadAsFractionOrPercent) {

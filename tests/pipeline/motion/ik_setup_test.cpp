@@ -113,7 +113,7 @@ TEST(InverseKinematicsSetup, BadFilesAreRefused) {
   EXPECT_EQ(ik_error(task("<weight>heavy</weight>")), "weight: is 'heavy', expected a number");
   EXPECT_EQ(ik_error(task("<weight>nan</weight>")), "weight: is 'nan', expected a number");
   EXPECT_EQ(ik_error(task("<weight>1</weight><weight>2</weight>")),
-            "weight: IKMarkerTask 'a' has a second one; expected one");
+            "weight: IKMarkerTask 'a' has two of these; expected one");
   EXPECT_EQ(ik_error("<IKTaskSet><IKMarkerTask/></IKTaskSet>"),
             "IKMarkerTask: has no name, expected that of a marker");
   EXPECT_EQ(ik_error("<IKTaskSet><IKMarkerTask name=\"a\"/><IKMarkerTask name=\"a\"/></IKTaskSet>"),

@@ -22,7 +22,7 @@ TEST(OpenSimProperty, TextIsWholeAroundCommentsAndEntities) {
   EXPECT_EQ(property_text(root, "d", "standard"), "");
   EXPECT_EQ(property_text(root, "e"), "");
   EXPECT_EQ(property_text(root, "f", "standard"), "standard");
-  EXPECT_EQ(root.content, "between");
+  EXPECT_EQ(root.content, "");  // text between elements is dropped
 }
 
 TEST(OpenSimProperty, PathsBelongToTheFilesFolder) {
