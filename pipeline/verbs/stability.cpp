@@ -27,7 +27,7 @@
 namespace borelli {
 namespace {
 
-constexpr const char* unfinished_map = "stability.unfinished_map.json";
+constexpr const char* unfinished_map = "stability.partial.json";
 
 struct StabilityOptions {
   std::vector<std::string> scenes, methods;

@@ -24,7 +24,7 @@ TEST(Subject, UserOverridesTheHeader) {
   const Subject said = subject_of(scan_of("female", 34), "male");
   EXPECT_EQ(said.sex, "male");
   ASSERT_EQ(said.notes.size(), 1U);
-  EXPECT_EQ(said.notes[0], "the DICOM header says female; --sex male counts");
+  EXPECT_EQ(said.notes[0], "the DICOM header says female; --sex male was used instead");
   EXPECT_TRUE(subject_of(scan_of("male", 34), "male").notes.empty());
 }
 
