@@ -258,8 +258,8 @@ std::string pose_of(std::string_view patient_position) {
   const auto way = patient_position.substr(2);
   if (way == "S") return "supine";
   if (way == "P") return "prone";
-  if (way == "DL") return "lying on the left side";
-  if (way == "DR") return "lying on the right side";
+  if (way == "DL") return "on the left side";
+  if (way == "DR") return "on the right side";
   return "";
 }
 

@@ -173,7 +173,8 @@ TEST_F(ClassFile, NumbersWithoutNamesUseTheFittingVersion) {
       }
     const auto foreign = read_classes(bare, "", "icrp110");
     ASSERT_FALSE(foreign) << version;
-    EXPECT_NE(foreign.error().message().find("choose " + std::string(own) + ", which fits"), std::string::npos)
+    EXPECT_NE(foreign.error().message().find("choose " + std::string(own) + ", which fits"),
+              std::string::npos)
         << foreign.error().message();
   }
 }

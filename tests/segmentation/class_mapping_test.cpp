@@ -54,7 +54,7 @@ TEST(ClassMapping, ReportsErrorsWithTheirLine) {
     ASSERT_FALSE(read) << text;
     EXPECT_NE(read.error().message().find(said), std::string::npos) << read.error().message();
   };
-  expect("m.tsv", "label\tname\n1\tx\n", "m.tsv:1: the header is");
+  expect("m.tsv", "label\tname\n1\tx\n", "m.tsv:1: expected the header");
   expect("m.tsv", "label\tpart\n1\thead\n2\ttail\n", "m.tsv:3: 'tail' is not a part");
   expect("m.tsv", "label\tpart\n1\thead, outside\n", "m.tsv:2: a class that is outside");
   expect("m.tsv", "label\tpart\n-1\thead\n", "m.tsv:2: expected a label, a whole number from 0; found '-1'");
@@ -62,7 +62,7 @@ TEST(ClassMapping, ReportsErrorsWithTheirLine) {
   expect("m.tsv", "name\tpart\tlabel\nA b\thead\t\na_B\thand\t\n", "m.tsv:3: a_b appears twice");
   expect("m.tsv", "label\tpart\n0\thead\n", "m.tsv:2: label 0");
   expect("m.tsv", "label\tpart\ttissue\n1\thead\twood\n", "'wood' is not a tissue");
-  expect("m.tsv", "label\tpart\n", "neither a label nor a name");
+  expect("m.tsv", "label\tpart\n", "m.tsv: contains no class");
   expect("m.json", "[1]", "is not a mapping");
   expect("m.json", R"({"a": 1})", "m.json: a: expected a part");
   expect("m.json", R"({"1": "thigh_left", "2": "head", "1": "thigh_right"})", "m.json: \"1\" appears twice");
