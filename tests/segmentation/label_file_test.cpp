@@ -104,7 +104,7 @@ TEST(LabelFile, ReadsLayersOf3dSlicer) {
     EXPECT_EQ(read->map.grid.spacing(), Eigen::Vector3d(2, 2, 3));
     const auto volume = read_volume(folder / "a.seg.nrrd");
     ASSERT_FALSE(volume);
-    EXPECT_NE(volume.error().message().find("segmentation of 2 layers"), std::string::npos);
+    EXPECT_NE(volume.error().message().find("segmentation with 2 layers"), std::string::npos);
 
     // voxels at the file's end, whatever stands before them
     std::string skipping = text;
