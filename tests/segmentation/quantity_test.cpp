@@ -141,7 +141,7 @@ TEST(Quantity, NonFiniteValuesCountAsPadding) {
   std::vector<std::string> warnings, other;
   EXPECT_EQ(read(holes, FileQuantity::hu, warnings), read(padded, FileQuantity::hu, other));
   ASSERT_EQ(warnings.size(), 1U);
-  EXPECT_NE(warnings[0].find("20 voxels (2 %) are not finite numbers: the scan does not show"),
+  EXPECT_NE(warnings[0].find("20 voxels (2 %) are not finite numbers; the scan does not show"),
             std::string::npos)
       << warnings[0];
   EXPECT_EQ(read({std::nanf(""), 0, 1050, INFINITY}, FileQuantity::density_kgm3, warnings),
