@@ -11,6 +11,7 @@
 
 #include "dynamics/constraints/local_coordinates.hpp"
 #include "dynamics/equations/equations.hpp"
+#include "dynamics/numbers/rotation_vector.hpp"
 
 namespace borelli {
 
@@ -67,6 +68,11 @@ struct DrawnCoordinate {
   double weight = 0;
 };
 
+/// A joint's rotation that is drawn towards where the scene starts.
+struct RestingRotation {
+  int q = 0, u = 0, nq = 1;
+};
+
 struct Bounds {
   int q = 0, u = 0;
   double lower = 0, upper = 0;
@@ -98,6 +104,7 @@ struct MarkerFit::Work {
   std::vector<FollowedCoordinate> coordinate_names;
   std::vector<PlacedMarker> markers;
   std::vector<DrawnCoordinate> drawn;
+  std::vector<RestingRotation> resting;
   std::vector<Bounds> bounds;
   std::vector<int> rows;               ///< bilateral rows on positions
   std::optional<Workspace> workspace;  ///< only with such rows
@@ -111,6 +118,7 @@ struct MarkerFit::Work {
   /// Runs with derivatives at q; `false` fills the value alone.
   double evaluate(double t, const VectorXd& q, const Eigen::Matrix3Xd& measured, const VectorXd& values,
                   bool derivatives);
+  void draw_to_rest(const VectorXd& q, bool derivatives);
   void carry_sums_inwards();
   void fill_hessian();
   void fill_column(const PointSums& carried, std::size_t body, int step, int u);
@@ -156,7 +164,22 @@ double MarkerFit::Work::evaluate(double t, const VectorXd& q, const Eigen::Matri
     goal.gradient[drawn[c].u] += drawn[c].weight * away;
     goal.hessian(drawn[c].u, drawn[c].u) += drawn[c].weight;
   }
+  draw_to_rest(q, derivatives);
   return goal.value;
+}
+
+/// Adds w |a|^2 / 2 for each resting rotation, where a is its angle, or a ball's rotation vector, from the
+/// start. The derivative of |a|^2 / 2 along the ball's own axes is a; its second derivative is taken as 1.
+void MarkerFit::Work::draw_to_rest(const VectorXd& q, bool derivatives) {
+  for (const RestingRotation& r : resting) {
+    const int size = r.nq == 4 ? 3 : 1;
+    Vector3d away(q[r.q] - system.initial.q[r.q], 0, 0);
+    if (r.nq == 4) away = logarithm(product(conjugate(system.initial.q.segment<4>(r.q)), q.segment<4>(r.q)));
+    goal.value += settings.rest_weight * away.squaredNorm() / 2;
+    if (!derivatives) continue;
+    goal.gradient.segment(r.u, size) += settings.rest_weight * away.head(size);
+    goal.hessian.diagonal().segment(r.u, size).array() += settings.rest_weight;
+  }
 }
 
 void MarkerFit::Work::carry_sums_inwards() {
@@ -351,6 +374,13 @@ Result<MarkerFit> MarkerFit::create(const System& system, std::vector<FollowedMa
     weights += task.weight;
   }
   if (weights == 0) return bad_use("fit to markers", "no marker and no coordinate has a weight");
+  if (settings.rest_weight > 0)
+    for (const Body& body : system.bodies) {
+      if (body.parent == 0) continue;
+      for (int s = body.first_step; s < body.first_step + body.step_count; ++s)
+        if (const SwitchStep& step = system.steps[std::size_t(s)]; step.drive < 0 && step.rotates)
+          work->resting.push_back({step.q, step.u, step.nq});
+    }
   if (settings.within_ranges)
     for (const System::LimitedCoordinate& limited : system.ranges) {
       const CoordinateInfo& c = system.coordinates[std::size_t(limited.coordinate)];

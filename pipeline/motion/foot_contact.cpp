@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "dynamics/equations/kinematics.hpp"
 #include "error/printable.hpp"
+#include "pipeline/motion/solid_poses.hpp"
 
 namespace borelli {
 
@@ -41,7 +41,7 @@ std::vector<Stance> stances_on(const MeasuredForce& plate) {
 class FootDistances {
  public:
   FootDistances(const System& system, const RecordedMotion& motion, std::vector<int> feet)
-      : system_(system), motion_(motion), feet_(std::move(feet)), kinematics_(system, Equations::recursive) {}
+      : motion_(motion), feet_(std::move(feet)), poses_(system) {}
 
   std::vector<double> over(const MeasuredForce& plate, const Stance& stance) {
     std::vector<double> sums(feet_.size(), 0);
@@ -51,8 +51,9 @@ class FootDistances {
       const double t = plate.times[std::size_t(i)];
       if (t < motion_.start() || t > motion_.end()) continue;
       motion_.at(t, state_, a_);
-      update_kinematics(system_, system_.parameters, t, state_.q.data(), nullptr, kinematics_);
-      for (std::size_t f = 0; f < feet_.size(); ++f) sums[f] += (place(feet_[f]) - plate.point.col(i)).norm();
+      poses_.update(t, state_.q);
+      for (std::size_t f = 0; f < feet_.size(); ++f)
+        sums[f] += (poses_.of(feet_[f]).p - plate.point.col(i)).norm();
       ++count;
     }
     for (double& sum : sums) sum = count > 0 ? sum / count : std::numeric_limits<double>::infinity();
@@ -60,16 +61,9 @@ class FootDistances {
   }
 
  private:
-  Vector3d place(int solid) const {
-    const auto s = std::size_t(solid);
-    return kinematics_.bodies[std::size_t(system_.solid_bodies[s])].X *
-           system_.parameters.solid_places[s].X.p;
-  }
-
-  const System& system_;
   const RecordedMotion& motion_;
   std::vector<int> feet_;
-  Kinematics kinematics_;
+  SolidPoses poses_;
   State state_;
   Eigen::VectorXd a_;
 };
@@ -100,10 +94,9 @@ Result<FootLoads> loads_on_feet(const System& system, const RecordedMotion& moti
     return bad_use("measured forces", "the model has no solid whose name tells a foot; name the feet");
   std::vector<int> solids;
   for (const std::string& foot : feet) {
-    const auto found = std::find(system.solids.begin(), system.solids.end(), foot);
-    if (found == system.solids.end())
+    solids.push_back(solid_index(system, foot));
+    if (solids.back() < 0)
       return bad_use(fmt::format("foot '{}'", printable(foot)), "the model has no solid of this name");
-    solids.push_back(int(found - system.solids.begin()));
   }
   FootDistances distances(system, motion, solids);
   FootLoads out;

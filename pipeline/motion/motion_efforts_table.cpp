@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "error/printable.hpp"
+#include "pipeline/motion/solid_poses.hpp"
 
 namespace borelli {
 
@@ -84,24 +85,6 @@ std::optional<SolidWrench> sample(const MeasuredForce& measured, double t) {
     return std::nullopt;
   return wrench;
 }
-
-/// Poses of solids at a state, for loads in the frames of bodies.
-class SolidPoses {
- public:
-  explicit SolidPoses(const System& system) : system_(system), kinematics_(system, Equations::recursive) {}
-  void update(const State& state) {
-    update_kinematics(system_, system_.parameters, state.t, state.q.data(), nullptr, kinematics_);
-  }
-  Pose of(int solid) const {
-    if (solid < 0) return Pose{};
-    const auto s = std::size_t(solid);
-    return kinematics_.bodies[std::size_t(system_.solid_bodies[s])].X * system_.parameters.solid_places[s];
-  }
-
- private:
-  const System& system_;
-  Kinematics kinematics_;
-};
 
 /// Free coordinates of the bodies that hang on the world.
 std::vector<RootResidual> residuals_of(const System& system, const Rows& efforts) {
@@ -211,7 +194,7 @@ Result<RecordedEfforts> efforts_of(const System& system, const RecordedPositions
   for (Eigen::Index i = 0; i < count; ++i) {
     const double t = out.times[std::size_t(i)];
     motion->at(t, state, a);
-    poses.update(state);
+    poses.update(t, state.q);
     wrenches.clear();
     for (const ActingLoad& load : *acting) {
       auto wrench = sample(load.load->measured, t);

@@ -234,9 +234,11 @@ Result<MotionFit> fit_motion(const Scene& scene, const System& system, const Mar
   if (!followed) return tl::unexpected(followed.error());
   if (auto chosen = choose_coordinates(system, request, *followed); !chosen)
     return tl::unexpected(chosen.error());
-  auto fit =
-      MarkerFit::create(system, followed->markers, followed->coordinates,
-                        {.tolerance = 1e-8, .most_iterations = 100, .within_ranges = request.within_ranges});
+  auto fit = MarkerFit::create(system, followed->markers, followed->coordinates,
+                               {.tolerance = 1e-8,
+                                .most_iterations = 100,
+                                .within_ranges = request.within_ranges,
+                                .rest_weight = request.rest_weight});
   if (!fit) return tl::unexpected(fit.error());
 
   MotionFit out;

@@ -23,6 +23,7 @@ struct MotionFitRequest {
   std::pair<double, double> time_range{-std::numeric_limits<double>::infinity(),
                                        std::numeric_limits<double>::infinity()};
   bool within_ranges = true;
+  double rest_weight = 0;                ///< as MarkerFitSettings::rest_weight
   std::function<void(double)> progress;  ///< called with the share done, 0 to 1; may be empty
 };
 

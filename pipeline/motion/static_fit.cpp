@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dynamics/equations/kinematics.hpp"
 #include "error/printable.hpp"
 #include "pipeline/motion/motion_fit.hpp"
 #include "pipeline/motion/scaled_scene.hpp"
+#include "pipeline/motion/scene_markers.hpp"
 
 namespace borelli {
 
@@ -22,42 +22,6 @@ namespace {
 
 constexpr double least_marker_spread = 0.01;  // m
 constexpr double factor_spread = 0.1;
-
-/// The trial as one frame: each marker's mean over the frames that show it.
-MarkerMotion mean_frame(const MarkerMotion& trial, const StaticFitRequest& request) {
-  MarkerMotion out{trial.names, {0}, {Matrix3Xd::Zero(3, Eigen::Index(trial.names.size()))}, trial.up};
-  for (Eigen::Index m = 0; m < out.frames[0].cols(); ++m) {
-    Vector3d sum = Vector3d::Zero();
-    int seen = 0;
-    for (std::size_t f = 0; f < trial.frames.size(); ++f)
-      if (trial.times[f] >= request.start && trial.times[f] <= request.end &&
-          trial.frames[f].col(m).allFinite()) {
-        sum += trial.frames[f].col(m);
-        ++seen;
-      }
-    out.frames[0].col(m) = sum / seen;  // never seen: not a number, a gap
-  }
-  return out;
-}
-
-/// Places of markers in a scene at positions q.
-Result<Matrix3Xd> marker_places(const Scene& scene, const std::vector<std::string>& names,
-                                const VectorXd& q) {
-  const auto system = compile(scene);
-  if (!system) return tl::unexpected(system.error());
-  Kinematics kinematics(*system, Equations::recursive);
-  update_kinematics(*system, system->parameters, 0, q.data(), nullptr, kinematics);
-  Matrix3Xd out(3, Eigen::Index(names.size()));
-  for (std::size_t m = 0; m < names.size(); ++m) {
-    const auto marker = std::find_if(scene.markers.begin(), scene.markers.end(),
-                                     [&](const Marker& one) { return one.name == names[m]; });
-    const auto solid = std::size_t(std::find(system->solids.begin(), system->solids.end(), marker->at.solid) -
-                                   system->solids.begin());
-    out.col(Eigen::Index(m)) = kinematics.bodies[std::size_t(system->solid_bodies[solid])].X *
-                               (system->parameters.solid_places[solid] * marker->at.point);
-  }
-  return out;
-}
 
 /// Least squares in the factors at one pose, with the whole body's factor as one more unknown.
 class FactorSolve {
@@ -102,42 +66,31 @@ class FactorSolve {
   bool per_segment_;
 };
 
-/// Puts the markers that were followed where the trial shows them in the fitted pose.
-Result<void> move_markers(Scene& scene, const std::vector<std::string>& names, const Matrix3Xd& measured,
-                          const VectorXd& q) {
-  const auto system = compile(scene);
-  if (!system) return tl::unexpected(system.error());
-  Kinematics kinematics(*system, Equations::recursive);
-  update_kinematics(*system, system->parameters, 0, q.data(), nullptr, kinematics);
-  for (std::size_t m = 0; m < names.size(); ++m)
-    for (Marker& marker : scene.markers) {
-      if (marker.name != names[m]) continue;
-      const auto solid = std::size_t(
-          std::find(system->solids.begin(), system->solids.end(), marker.at.solid) - system->solids.begin());
-      const Pose X = kinematics.bodies[std::size_t(system->solid_bodies[solid])].X *
-                     system->parameters.solid_places[solid];
-      marker.at.point = X.R.transpose() * (measured.col(Eigen::Index(m)) - X.p);
-    }
-  return {};
-}
-
-/// Lets the free coordinates start at q.
-void start_at(Scene& scene, const System& system, const VectorXd& q) {
-  for (Solid& solid : scene.solids)
-    for (std::size_t i = 0; i < solid.switches.size(); ++i)
-      for (const CoordinateInfo& c : system.coordinates)
-        if (c.name == coordinate_name(solid, i) && !std::holds_alternative<Locked>(solid.switches[i].motion))
-          solid.switches[i].q = {q.data() + c.q_index, q.data() + c.q_index + c.q_size};
-}
-
 }  // namespace
 
+MarkerMotion mean_frame(const MarkerMotion& trial, double start, double end) {
+  MarkerMotion out{trial.names, {0}, {Matrix3Xd::Zero(3, Eigen::Index(trial.names.size()))}, trial.up};
+  for (Eigen::Index m = 0; m < out.frames[0].cols(); ++m) {
+    Vector3d sum = Vector3d::Zero();
+    int seen = 0;
+    for (std::size_t f = 0; f < trial.frames.size(); ++f)
+      if (trial.times[f] >= start && trial.times[f] <= end && trial.frames[f].col(m).allFinite()) {
+        sum += trial.frames[f].col(m);
+        ++seen;
+      }
+    out.frames[0].col(m) = sum / seen;  // never seen: not a number, a gap
+  }
+  return out;
+}
+
 Result<StaticFit> fit_static(const Scene& scene, const MarkerMotion& trial, const StaticFitRequest& request) {
-  const MarkerMotion mean = mean_frame(trial, request);
+  const MarkerMotion mean = mean_frame(trial, request.start, request.end);
   const auto fit_pose = [&](const Scene& of) -> Result<MotionFit> {
     const auto system = compile(of);
     if (!system) return tl::unexpected(system.error());
-    return fit_motion(of, *system, mean, {});
+    MotionFitRequest fit;
+    fit.rest_weight = request.rest_weight;
+    return fit_motion(of, *system, mean, fit);
   };
   auto pose = fit_pose(scene);
   if (!pose) return tl::unexpected(pose.error());

@@ -15,6 +15,7 @@ struct StaticFitRequest {
   bool keep_masses = false;            ///< masses stay those of the model
   std::optional<double> mass;          ///< kg, of the whole body; empty: as the volumes say
   bool move_markers = true;            ///< put the model's markers where the trial shows them
+  double rest_weight = 0;              ///< as MarkerFitSettings::rest_weight
   double start = -1e300, end = 1e300;  ///< s, of the frames whose mean is taken
 };
 
@@ -26,6 +27,9 @@ struct StaticFit {
   double rms_after = 0;         ///< m, of the scaled model, before its markers are moved
   std::vector<std::string> warnings;
 };
+
+/// A trial as one frame at time 0: each marker's mean over the frames from start to end (s) that show it.
+MarkerMotion mean_frame(const MarkerMotion& trial, double start, double end);
 
 /// Factors s and pose q minimise
 ///   sum_m |x_m(q, s) - y_m|^2 / sigma^2 + sum_b (s_b - g)^2 / (10 %)^2
