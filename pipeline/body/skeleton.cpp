@@ -97,6 +97,7 @@ class Builder {
   std::optional<Vector3d> point(const std::string& name) const { return point_in_world(landmarks_, name); }
   Vector3d origin(const Part& part) const { return part_origin(part, present_, landmarks_); }
   bool is_root(const Part& part) const { return part.parent.empty() || !present_.contains(part.parent); }
+  double tuck() const { return options_.leap ? options_.leap->tuck : 0; }
   Inertial subtree(const Part& part) const;
   std::vector<Switch> free_in_space(const Part& part);
   std::vector<Switch> hinge(const Part& part, const Vector3d& offset);
@@ -133,8 +134,9 @@ Inertial Builder::subtree(const Part& part) const {
 // gravity centre.
 std::vector<Switch> Builder::free_in_space(const Part& part) {
   const Vector3d at = origin(part);
-  const Vector3d omega = options_.leap.somersault_rate_deg * degree * axes_.col(0);
-  const double rise = -result_.scene.gravity.z() * options_.leap.flight_time / 2;
+  const Vector3d omega =
+      options_.leap ? Vector3d(options_.leap->somersault_rate_deg * degree * axes_.col(0)) : Vector3d::Zero();
+  const double rise = options_.leap ? -result_.scene.gravity.z() * options_.leap->flight_time / 2 : 0;
   const Vector3d velocity = Vector3d(0, 0, rise) + omega.cross(at - whole_.centre);
   const auto names = free_coordinates(part.name);
   std::vector<Switch> switches;
@@ -206,7 +208,7 @@ std::vector<Switch> Builder::hinge(const Part& part, const Vector3d& offset) {
       result_.warnings.push_back(outside_range(name, "flexion", flexion, range));
     range = {std::min(range.lower, flexion), std::max(range.upper, flexion)};
   }
-  add_muscle(part, *axis, flexion + options_.leap.tuck * sign * tuck_angle(kind), true);
+  add_muscle(part, *axis, flexion + tuck() * sign * tuck_angle(kind), true);
   add_stop(part, *axis, {range}, &flexion);
   Fixed straight{{rotation_about(*axis, -flexion), offset}};
   return {{.kind = straight, .coordinate = ""},
@@ -228,7 +230,7 @@ std::vector<Switch> Builder::joint(const Part& part) {
     return {to_joint};
   }
   if (kind == "knee" || kind == "elbow") return hinge(part, offset);
-  add_muscle(part, axes_.col(0), options_.leap.tuck * tuck_angle(kind), false);
+  add_muscle(part, axes_.col(0), tuck() * tuck_angle(kind), false);
   return ball(part, parent, offset);
 }
 
@@ -298,6 +300,7 @@ double Builder::inertia_about(const Part& part, const Vector3d& axis) const {
 // Adds a stop at each end of a joint's ranges.
 void Builder::add_stop(const Part& part, const Vector3d& axis, std::vector<Range> ranges,
                        const double* start) {
+  if (!options_.leap) return;
   const double omega = 2 * std::numbers::pi * Leap::stop_frequency;
   const double stiffness = omega * omega * inertia_about(part, axis);
   if (stiffness == 0) return;
@@ -315,10 +318,11 @@ void Builder::add_stop(const Part& part, const Vector3d& axis, std::vector<Range
 
 // Adds a passive spring and damper with the leap's natural frequency and damping ratio.
 void Builder::add_muscle(const Part& part, const Vector3d& axis, double rest, bool is_hinge) {
+  if (!options_.leap) return;
   const double inertia = inertia_about(part, axis);
-  const double omega = 2 * std::numbers::pi * options_.leap.muscle_frequency;
+  const double omega = 2 * std::numbers::pi * options_.leap->muscle_frequency;
   const double stiffness = omega * omega * inertia,
-               damping = 2 * options_.leap.damping_ratio * omega * inertia;
+               damping = 2 * options_.leap->damping_ratio * omega * inertia;
   const std::string joint_name(part.joint), name = joint_name + "_muscle";
   if (stiffness == 0 && damping == 0) return;
   if (is_hinge)
@@ -334,10 +338,11 @@ void Builder::add_muscle(const Part& part, const Vector3d& axis, double rest, bo
 Result<Skeleton> Builder::build() {
   Scene& scene = result_.scene;
   scene.name = options_.name;
-  scene.description =
-      "A body made from a scan: x, y and z are the patient's left, back and up. It leaps, somersaults "
-      "backwards and\nlands; there is no contact. Springs pull each passive joint towards a tuck, and away "
-      "from the\nends of its ranges.";
+  scene.description = "A body made from a scan: x, y and z are the patient's left, back and up.";
+  if (options_.leap)
+    scene.description +=
+        " It leaps, somersaults backwards and\nlands; there is no contact. Springs pull each passive joint "
+        "towards a tuck, and away from the\nends of its ranges.";
   for (const std::string& part : options_.absent)
     scene.description += (&part == &options_.absent.front() ? "\nAbsent as told: " : ", ") + part +
                          (&part == &options_.absent.back() ? "." : "");
@@ -356,7 +361,7 @@ Result<Skeleton> Builder::build() {
         present_.find(part.name)->second.expressed_in(Eigen::Matrix3d::Identity(), -origin(part))};
     scene.solids.push_back(std::move(solid));
   }
-  scene.simulation.end_time = options_.leap.flight_time;
+  if (options_.leap) scene.simulation.end_time = options_.leap->flight_time;
   scene.simulation.output_interval = 1.0 / 60;
   return std::move(result_);
 }

@@ -15,6 +15,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -53,7 +54,7 @@ struct Leap {
 
 struct SkeletonOptions {
   std::string name = "body";
-  Leap leap;
+  std::optional<Leap> leap = Leap{};     ///< empty: a body at rest, without springs, for captured motion
   std::vector<std::string> absent = {};  ///< parts told to be absent, which the scene's description names
 };
 

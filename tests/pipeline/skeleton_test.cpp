@@ -279,8 +279,8 @@ TEST(JointAxes, RotateInTheNamedDirection) {
 TEST(Skeleton, LeapStartsAsOneRigidBody) {
   const Body made = body();
   SkeletonOptions options;
-  options.leap.flight_time = 0.8;
-  options.leap.somersault_rate_deg = -100;
+  options.leap->flight_time = 0.8;
+  options.leap->somersault_rate_deg = -100;
   const auto skeleton = build_skeleton(made.parts, made.phantom.landmarks, options);
   ASSERT_TRUE(skeleton);
   const Solid& root = solid(skeleton->scene, "lower_trunk");
