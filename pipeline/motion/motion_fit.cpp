@@ -8,6 +8,7 @@
 #include <random>
 
 #include "error/printable.hpp"
+#include "pipeline/motion/text_rows.hpp"
 
 namespace borelli {
 
@@ -17,12 +18,6 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 namespace {
-
-/// Names from a file, for a sentence.
-std::string some_of(std::vector<std::string> names) {
-  for (std::string& name : names) name = printable(name);
-  return name_list(names);
-}
 
 template <class Named>
 const Named* find_named(const std::vector<Named>& all, const std::string& name) {
@@ -69,13 +64,13 @@ Result<Followed> choose_markers(const Scene& scene, const MarkerMotion& recordin
     return bad_use("markers", scene.markers.empty()
                                   ? "the model has no markers to follow"
                                   : fmt::format("the model has none of the recorded markers ({})",
-                                                some_of(recording.names)));
+                                                printable_list(recording.names)));
   if (!not_in_model.empty())
     out.warnings.push_back(
-        fmt::format("not followed, since the model does not have them: {}", some_of(not_in_model)));
+        fmt::format("not followed, since the model does not have them: {}", printable_list(not_in_model)));
   if (!not_recorded.empty())
     out.warnings.push_back(
-        fmt::format("not followed, since they were not recorded: {}", some_of(not_recorded)));
+        fmt::format("not followed, since they were not recorded: {}", printable_list(not_recorded)));
   return out;
 }
 
@@ -270,7 +265,7 @@ Result<MotionFit> fit_motion(const Scene& scene, const System& system, const Mar
     if (out.frames.empty())
       if (const auto names = fit->undetermined(); !names.empty())
         out.warnings.push_back(
-            fmt::format("no followed marker determines {}: they stay where they start", some_of(names)));
+            fmt::format("no followed marker determines {}: they stay where they start", printable_list(names)));
     out.times.push_back(t);
     rows.push_back(q);
     out.frames.push_back(std::move(*frame));

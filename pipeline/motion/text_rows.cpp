@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "error/printable.hpp"
 #include "segmentation/files/header_text.hpp"
 
 namespace borelli {
@@ -93,6 +94,11 @@ std::string decimal_text(double value) {
   const auto [end, trouble] =
       std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, 15);
   return {text.data(), end};
+}
+
+std::string printable_list(std::vector<std::string> names) {
+  for (std::string& name : names) name = printable(name);
+  return name_list(names);
 }
 
 }  // namespace borelli

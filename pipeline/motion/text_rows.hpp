@@ -44,4 +44,7 @@ std::optional<long> integer_number(std::string_view cell);
 /// 15 digits, a change of unit and back leaves the text as it was.
 std::string decimal_text(double value);
 
+/// Names from a file as a list for a sentence (printable.hpp).
+std::string printable_list(std::vector<std::string> names);
+
 }  // namespace borelli

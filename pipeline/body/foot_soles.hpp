@@ -1,0 +1,22 @@
+// Points of the soles: where a foot touches the ground.
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "segmentation/vocabulary/landmarks.hpp"
+#include "segmentation/volume/volume.hpp"
+
+namespace borelli {
+
+/// By foot ("foot_left"): points of the skin, m, patient axes, below heel, metatarsal heads I and V and toe tip,
+/// as far as these landmarks are known. "Below" is square to the foot's length, away from the ankle; each point
+/// is at the level of the lowest voxel of the foot within 12 mm of the landmark.
+using FootSoles = std::map<std::string, std::vector<Eigen::Vector3d>, std::less<>>;
+
+/// `labels`: of the body's parts. A foot without voxels or axes is left out.
+FootSoles foot_soles(const LabelMap& labels, const Landmarks& landmarks);
+
+}  // namespace borelli

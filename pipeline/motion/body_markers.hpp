@@ -1,0 +1,36 @@
+// Where the markers of a motion laboratory sit on a scanned body, by their names.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "error/error.hpp"
+#include "pipeline/motion/joint_mapping.hpp"
+#include "segmentation/vocabulary/landmarks.hpp"
+
+namespace borelli {
+
+struct BodyMarker {
+  std::string name;     ///< as recorded
+  std::string segment;  ///< that carries it: one of those given, a part or a group of parts
+  /// The landmark that it stands over, m, patient axes; empty: somewhere on the segment.
+  std::optional<Eigen::Vector3d> point;
+};
+
+struct BodyMarkers {
+  std::vector<BodyMarker> markers;   ///< in the order of the names
+  std::vector<std::string> unknown;  ///< names that say no place, or one on a segment that the body lacks
+};
+
+/// Finds markers by the names of common sets (data/marker_names.csv). Letters alone count, without a subject's
+/// name before a colon. `own` (marker to landmark or segment, e.g. "RTHI1 = thigh_right") goes before the
+/// table. `segments`: those of the body. A marker over a landmark that was not found only follows its segment.
+BodyMarkers body_markers(const std::vector<std::string>& names, const Landmarks& landmarks,
+                         const std::vector<std::string>& segments, const JointMapping& own = {});
+
+/// What `own` may name: all landmarks and parts.
+std::vector<std::string> marker_places();
+
+}  // namespace borelli

@@ -1,0 +1,151 @@
+#include "pipeline/motion/captured_motion.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "pipeline/motion/foot_contact.hpp"
+#include "pipeline/motion/marker_placement.hpp"
+#include "pipeline/motion/motion_transfer.hpp"
+#include "pipeline/motion/scene_markers.hpp"
+#include "pipeline/motion/static_fit.hpp"
+#include "pipeline/motion/text_rows.hpp"
+
+namespace borelli {
+
+using Eigen::Matrix3d;
+using Eigen::Matrix3Xd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr double far_from_landmarks = 0.03;  // m
+
+bool is_foot(const std::string& segment) { return segment.starts_with("foot") || segment.starts_with("leg"); }
+bool is_trunk(const std::string& segment) { return segment.ends_with("trunk") || segment == "head"; }
+
+/// The file's axis along which trunk and head lie above the feet.
+Result<Vector3d> up_of(const MarkerMotion& motion, const BodyMarkers& markers) {
+  if (motion.up) return *motion.up;
+  Vector3d sums[2] = {Vector3d::Zero(), Vector3d::Zero()};
+  double counts[2] = {0, 0};
+  for (const BodyMarker& marker : markers.markers) {
+    const int kind = is_trunk(marker.segment) ? 1 : is_foot(marker.segment) ? 0 : -1;
+    const auto column = std::ranges::find(motion.names, marker.name) - motion.names.begin();
+    if (kind < 0 || column == std::ssize(motion.names)) continue;
+    for (const Matrix3Xd& frame : motion.frames)
+      if (frame.col(column).allFinite()) sums[kind] += frame.col(column), ++counts[kind];
+  }
+  if (counts[0] == 0 || counts[1] == 0)
+    return bad_use("markers", "do not tell which way is up: none is known on the feet, or none on the trunk");
+  const Vector3d rise = sums[1] / counts[1] - sums[0] / counts[0];
+  Eigen::Index axis = 0;
+  rise.cwiseAbs().maxCoeff(&axis);
+  return Vector3d(Vector3d::Unit(axis) * (rise[axis] > 0 ? 1 : -1));
+}
+
+MarkerMotion turned(MarkerMotion motion, const Matrix3d& R) {
+  for (Matrix3Xd& frame : motion.frames) frame = R * frame;
+  motion.up = Vector3d::UnitZ();
+  return motion;
+}
+
+/// The first frame that shows most of the known markers.
+MarkerMotion fullest_frame(const MarkerMotion& motion, const BodyMarkers& markers) {
+  std::size_t best = 0;
+  int most = -1;
+  for (std::size_t f = 0; f < motion.frames.size(); ++f) {
+    int seen = 0;
+    for (const BodyMarker& marker : markers.markers) {
+      const auto column = std::ranges::find(motion.names, marker.name) - motion.names.begin();
+      seen += column < std::ssize(motion.names) && motion.frames[f].col(column).allFinite();
+    }
+    if (seen > most) most = seen, best = f;
+  }
+  return {motion.names, {0}, {motion.frames[best]}, motion.up};
+}
+
+void tell_placement(const CapturedMotion& out, bool other_person, std::vector<std::string>& warnings) {
+  if (out.landmark_distance > far_from_landmarks)
+    warnings.push_back(fmt::format(
+        "the markers lie {:.0f} mm (rms) from the body's landmarks: {}", 1e3 * out.landmark_distance,
+        other_person ? "the body's landmarks or the markers' names may be wrong"
+                     : "is the recorded person the scanned one? If not, say so (--other-person)"));
+}
+
+/// The body's ground forces, by the foot that stands on each plate.
+Result<void> add_loads(CapturedMotion& out, const System& system, const std::vector<MeasuredForce>& forces,
+                       double cutoff) {
+  if (forces.empty()) {
+    out.warnings.emplace_back(
+        "no ground forces were measured: what carries the body shows as residuals at the root");
+    return {};
+  }
+  const auto motion = RecordedMotion::of(system, out.positions, cutoff);
+  if (!motion) return tl::unexpected(motion.error());
+  auto loads = loads_on_feet(system, *motion, forces, feet_of(system));
+  if (!loads) return tl::unexpected(loads.error());
+  out.warnings.insert(out.warnings.end(), loads->warnings.begin(), loads->warnings.end());
+  out.loads = std::move(loads->loads);
+  return {};
+}
+
+}  // namespace
+
+Result<CapturedMotion> captured_motion(const BodyModel& body, const BodyMarkers& markers,
+                                       const CapturedRecording& recording,
+                                       const CapturedMotionRequest& request) {
+  CapturedMotion out;
+  if (!markers.unknown.empty())
+    out.warnings.push_back(fmt::format("markers of names that tell no place on the body are left out: {}",
+                                       printable_list(markers.unknown)));
+  const auto up = up_of(recording.motion, markers);
+  if (!up) return tl::unexpected(up.error());
+  const Matrix3d R = Eigen::Quaterniond::FromTwoVectors(*up, Vector3d::UnitZ()).toRotationMatrix();
+  out.markers = turned(recording.motion, R);
+  const MarkerMotion trial = recording.trial ? mean_frame(turned(*recording.trial, R), -1e300, 1e300)
+                                             : fullest_frame(out.markers, markers);
+  std::vector<MeasuredForce> forces = recording.forces;
+  for (MeasuredForce& force : forces)
+    for (Matrix3Xd* values : {&force.force, &force.point, &force.moment}) *values = R * *values;
+
+  auto placed = place_markers(body.scene, markers.markers, trial, request.other_person);
+  if (!placed) return tl::unexpected(placed.error());
+  out.trial = trial;
+  out.landmark_distance = placed->landmark_distance;
+  out.followers = placed->followers;
+  out.warnings.insert(out.warnings.end(), placed->warnings.begin(), placed->warnings.end());
+  tell_placement(out, request.other_person, out.warnings);
+
+  out.scene = std::move(placed->scene);
+  auto fit = fit_placed(out.scene, out.markers, request.progress);
+  if (!fit) return tl::unexpected(fit.error());
+  out.fit = std::move(*fit);
+  out.warnings.insert(out.warnings.end(), out.fit.warnings.begin(), out.fit.warnings.end());
+  out.positions = {out.fit.times, out.fit.q};
+  {
+    const auto system = compile(out.scene);
+    if (!system) return tl::unexpected(system.error());
+    if (auto added = add_loads(out, *system, forces, request.cutoff); !added)
+      return tl::unexpected(added.error());
+  }
+  if (request.other_person)
+    if (auto moved = transfer_motion(out, body, placed->factors, request); !moved)
+      return tl::unexpected(moved.error());
+
+  const auto system = compile(out.scene);
+  if (!system) return tl::unexpected(system.error());
+  start_at(out.scene, *system, out.positions.q.row(0).transpose());
+  MotionEffortsRequest asked;
+  asked.cutoff = request.cutoff;
+  auto efforts = efforts_of(*system, out.positions, out.loads, asked);
+  if (!efforts) return tl::unexpected(efforts.error());
+  out.efforts = std::move(*efforts);
+  out.warnings.insert(out.warnings.end(), out.efforts.warnings.begin(), out.efforts.warnings.end());
+  return out;
+}
+
+}  // namespace borelli

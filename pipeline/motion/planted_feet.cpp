@@ -1,0 +1,231 @@
+#include "pipeline/motion/planted_feet.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "dynamics/inverse/marker_fit.hpp"
+#include "pipeline/motion/solid_poses.hpp"
+
+namespace borelli {
+
+using Eigen::Matrix3Xd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr double near_level = 0.015;     // m
+constexpr double slow = 0.3;             // m/s
+constexpr double least_stance = 0.1;     // s
+constexpr double frame_arm = 0.1;        // m, of the points that hold a solid's pose
+constexpr double standing_weight = 100;  // of a sole point that stands, beside 1 of those
+
+/// A sole point in its foot, and over time.
+struct SolePoint {
+  int foot = -1;   ///< solid
+  Vector3d place;  ///< in the body's foot, m
+  Matrix3Xd way;   ///< #times: world, in the recorded person's size, m
+  std::vector<char> stands;
+  double level = 0;  ///< m, its height when the foot stands
+};
+
+/// A foot that stands from one time to another, and the flat pose that it is held in.
+struct Stance {
+  int foot = -1;
+  std::size_t first = 0, last = 0;
+  Pose pose;
+};
+
+std::vector<SolePoint> sole_points(const System& body, const FootSoles& soles) {
+  std::vector<SolePoint> out;
+  SolidPoses poses(body);
+  poses.update(0, body.initial.q);
+  for (const auto& [foot, points] : soles) {
+    const int solid = solid_index(body, foot);
+    if (solid < 0) continue;
+    for (const Vector3d& point : points) out.push_back({solid, poses.of(solid).inverse() * point, {}, {}, 0});
+  }
+  return out;
+}
+
+/// Removes runs of `value` that are shorter than the least stance.
+void drop_short(std::vector<char>& flags, const std::vector<double>& times, char value) {
+  for (std::size_t i = 0; i < flags.size();) {
+    std::size_t end = i;
+    while (end < flags.size() && flags[end] == flags[i]) ++end;
+    const bool inside = i > 0 && end < flags.size();
+    if (flags[i] == value && inside && times[end - 1] - times[i] < least_stance)
+      std::fill(flags.begin() + std::ptrdiff_t(i), flags.begin() + std::ptrdiff_t(end), char(!value));
+    i = end;
+  }
+}
+
+void find_standing(SolePoint& point, const std::vector<double>& times) {
+  const auto count = Eigen::Index(times.size());
+  std::vector<double> heights(point.way.row(2).begin(), point.way.row(2).end());
+  std::ranges::sort(heights);
+  point.level = heights[heights.size() / 20];  // the middle of the lowest tenth
+  point.stands.assign(times.size(), false);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Eigen::Index before = std::max<Eigen::Index>(i - 1, 0), after = std::min(i + 1, count - 1);
+    const double speed = (point.way.col(after) - point.way.col(before)).norm() /
+                         (times[std::size_t(after)] - times[std::size_t(before)]);
+    point.stands[std::size_t(i)] = point.way(2, i) < point.level + near_level && speed < slow;
+  }
+  drop_short(point.stands, times, false);  // gaps, then blinks
+  drop_short(point.stands, times, true);
+}
+
+/// Holds a solid's pose by three points.
+std::array<Vector3d, 3> frame_points() {
+  return {Vector3d(frame_arm * Vector3d::UnitX()), Vector3d(frame_arm * Vector3d::UnitY()),
+          Vector3d(frame_arm * Vector3d::UnitZ())};
+}
+
+/// The flat pose of a standing foot: mean place and heading where most of its points stand, turned so that
+/// these lie at height 0.
+Pose flat_pose(const Stance& stance, const std::vector<SolePoint>& points, const std::vector<Pose>& wanted) {
+  int most = 0;
+  std::vector<int> standing(stance.last - stance.first + 1, 0);
+  for (std::size_t i = stance.first; i <= stance.last; ++i) {
+    for (const SolePoint& point : points)
+      standing[i - stance.first] += point.foot == stance.foot && point.stands[i];
+    most = std::max(most, standing[i - stance.first]);
+  }
+  // where each point of the sole is then on average, and the rigid placing that is nearest with all at height 0
+  std::vector<Vector3d> local, world;
+  for (const SolePoint& point : points) {
+    if (point.foot != stance.foot) continue;
+    Vector3d sum = Vector3d::Zero();
+    int count = 0;
+    for (std::size_t i = stance.first; i <= stance.last; ++i)
+      if (standing[i - stance.first] == most) sum += wanted[i] * point.place, ++count;
+    local.push_back(point.place);
+    world.emplace_back(sum.x() / count, sum.y() / count, 0);
+  }
+  Matrix3Xd from(3, std::ssize(local)), to(3, std::ssize(local));
+  for (std::size_t k = 0; k < local.size(); ++k)
+    from.col(Eigen::Index(k)) = local[k], to.col(Eigen::Index(k)) = world[k];
+  if (local.size() < 3) return wanted[(stance.first + stance.last) / 2];
+  const Eigen::Matrix4d T = Eigen::umeyama(from, to, false);
+  return {T.topLeftCorner<3, 3>(), T.topRightCorner<3, 1>()};
+}
+
+/// Wanted poses of every solid of the body at every time: the recorded angles, the way in its size.
+class WantedPoses {
+ public:
+  WantedPoses(const System& body, const RecordedPositions& recorded, double ratio, double ground)
+      : body_(body), recorded_(recorded), ratio_(ratio), ground_(ground), poses_(body) {}
+
+  VectorXd positions(std::size_t i) const {
+    VectorXd q = recorded_.q.row(Eigen::Index(i)).transpose();
+    for (const CoordinateInfo& c : body_.coordinates) {
+      const int solid = solid_index(body_, c.solid);
+      const bool free = body_.bodies[std::size_t(body_.solid_bodies[std::size_t(solid)])].parent == 0;
+      if (!free || c.kind != "translation") continue;
+      // translations of a free body are along x, y, z in this order
+      const auto first = std::ranges::find(body_.coordinates, c.solid, &CoordinateInfo::solid);
+      q[c.q_index] = ratio_ * (q[c.q_index] - (c.q_index - first->q_index == 2 ? ground_ : 0));
+    }
+    return q;
+  }
+  Pose of(int solid, std::size_t i) {
+    poses_.update(0, positions(i));
+    return poses_.of(solid);
+  }
+
+ private:
+  const System& body_;
+  const RecordedPositions& recorded_;
+  double ratio_, ground_;
+  SolidPoses poses_;
+};
+
+std::vector<Stance> stances_of(const std::vector<SolePoint>& points, std::size_t times, WantedPoses& wanted) {
+  std::vector<Stance> out;
+  std::vector<int> feet;
+  for (const SolePoint& point : points)
+    if (std::ranges::find(feet, point.foot) == feet.end()) feet.push_back(point.foot);
+  for (const int foot : feet) {
+    std::vector<Pose> poses;
+    for (std::size_t i = 0; i < times; ++i) poses.push_back(wanted.of(foot, i));
+    bool before = false;
+    for (std::size_t i = 0; i < times; ++i) {
+      const bool now = std::ranges::any_of(
+          points, [&](const SolePoint& point) { return point.foot == foot && point.stands[i]; });
+      if (now && !before) out.push_back({foot, i, i, {}});
+      if (now) out.back().last = i;
+      before = now;
+    }
+    for (Stance& stance : out)
+      if (stance.foot == foot) stance.pose = flat_pose(stance, points, poses);
+  }
+  return out;
+}
+
+/// What a fit follows: three points of each solid, then the soles.
+std::vector<FollowedMarker> followed_points(const System& body, const std::vector<SolePoint>& points) {
+  std::vector<FollowedMarker> out;
+  for (const std::string& solid : body.solids)
+    for (const Vector3d& arm : frame_points()) out.push_back({"pose of " + solid, {solid, arm}, 1});
+  for (const SolePoint& point : points)
+    out.push_back({"sole", {body.solids[std::size_t(point.foot)], point.place}, standing_weight});
+  return out;
+}
+
+}  // namespace
+
+Result<RecordedPositions> planted_positions(const System& sized, const RecordedPositions& recorded,
+                                            const System& body, const FeetOnGround& feet) {
+  std::vector<SolePoint> points = sole_points(body, feet.soles);
+  const std::size_t count = recorded.times.size();
+  // ways of the sole points in the recorded person's size
+  SolidPoses poses(sized);
+  double ground = std::numeric_limits<double>::infinity();
+  for (SolePoint& point : points) point.way.resize(3, Eigen::Index(count));
+  for (std::size_t i = 0; i < count; ++i) {
+    poses.update(0, recorded.q.row(Eigen::Index(i)).transpose());
+    for (SolePoint& point : points)
+      point.way.col(Eigen::Index(i)) =
+          poses.of(point.foot) * Vector3d(feet.factors[std::size_t(point.foot)] * point.place);
+  }
+  for (SolePoint& point : points) {
+    find_standing(point, recorded.times);
+    ground = std::min(ground, point.level);
+  }
+  if (points.empty()) ground = 0;
+
+  WantedPoses wanted(body, recorded, feet.length_ratio, ground);
+  const std::vector<Stance> stances = stances_of(points, count, wanted);
+  auto fit = MarkerFit::create(body, followed_points(body, points), {}, {.within_ranges = false});
+  if (!fit) return tl::unexpected(fit.error());
+  RecordedPositions out{recorded.times, recorded.q};
+  VectorXd q = wanted.positions(0);
+  for (std::size_t i = 0; i < count; ++i) {
+    q = wanted.positions(i);
+    SolidPoses at(body);
+    at.update(0, q);
+    Matrix3Xd targets(3, std::ssize(fit->markers()));
+    Eigen::Index m = 0;
+    for (std::size_t s = 0; s < body.solids.size(); ++s)
+      for (const Vector3d& arm : frame_points()) targets.col(m++) = at.of(int(s)) * arm;
+    for (const SolePoint& point : points) {
+      const Vector3d here = at.of(point.foot) * point.place;
+      targets.col(m).setConstant(std::numeric_limits<double>::quiet_NaN());
+      if (here.z() < 0) targets.col(m) = Vector3d(here.x(), here.y(), 0);
+      if (point.stands[i])
+        for (const Stance& stance : stances)
+          if (stance.foot == point.foot && i >= stance.first && i <= stance.last)
+            targets.col(m) = stance.pose * point.place;
+      ++m;
+    }
+    const auto frame = fit->fit(0, targets, VectorXd(), q);
+    if (!frame) return tl::unexpected(frame.error());
+    out.q.row(Eigen::Index(i)) = q.transpose();
+  }
+  return out;
+}
+
+}  // namespace borelli

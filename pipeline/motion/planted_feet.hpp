@@ -1,0 +1,24 @@
+// Sets the feet of a body on the ground, after the motion of a person of another size.
+#pragma once
+
+#include <vector>
+
+#include "dynamics/inverse/recorded_motion.hpp"
+#include "dynamics/scene/scene.hpp"
+#include "error/error.hpp"
+#include "pipeline/body/foot_soles.hpp"
+
+namespace borelli {
+
+struct FeetOnGround {
+  FootSoles soles;              ///< m, the world of the body's start
+  std::vector<double> factors;  ///< per solid, size of the recorded person's model over the body's
+  double length_ratio = 1;      ///< of the body's legs to the recorded person's
+};
+
+/// Positions of the body, in its own system, at the times of `recorded` (of the sized system with the same
+/// coordinates): see motion_transfer.hpp. Errors: as MarkerFit.
+Result<RecordedPositions> planted_positions(const System& sized, const RecordedPositions& recorded,
+                                            const System& body, const FeetOnGround& feet);
+
+}  // namespace borelli
