@@ -11,7 +11,8 @@
 namespace borelli {
 namespace data {
 extern const char* const marker_names;
-}
+extern const char* const joint_names;
+}  // namespace data
 
 namespace {
 
@@ -44,9 +45,9 @@ struct NameTable {
   std::map<std::string, std::string, std::less<>> segment_of_landmark;
 };
 
-NameTable read_table() {
+NameTable read_table(const char* text) {
   NameTable table;
-  std::istringstream lines(data::marker_names);
+  std::istringstream lines(text);
   bool heading = true;
   for (std::string line; std::getline(lines, line);) {
     if (line.empty() || line.front() == '#') continue;
@@ -76,9 +77,9 @@ NameTable read_table() {
   return table;
 }
 
-const NameTable& name_table() {
-  static const NameTable table = read_table();
-  return table;
+const NameTable& name_table(PointKind kind) {
+  static const NameTable markers = read_table(data::marker_names), joints = read_table(data::joint_names);
+  return kind == PointKind::markers ? markers : joints;
 }
 
 /// The segment of the body that holds a part: itself or its group; empty if the body lacks it.
@@ -104,26 +105,26 @@ std::optional<Eigen::Vector3d> point_of(const std::string& landmark, const Landm
   return 1e-3 * found->second.point;
 }
 
-std::optional<MarkerPlace> place_of(const std::string& name, const JointMapping& own) {
-  const NameTable& table = name_table();
+std::optional<MarkerPlace> place_of(const std::string& name, PointKind kind, const JointMapping& own) {
   if (const std::string* told = own.find(name)) {
     if (part_label(*told) > 0) return MarkerPlace{"", *told};
-    if (const auto segment = table.segment_of_landmark.find(*told);
-        segment != table.segment_of_landmark.end())
+    const auto& segments = name_table(PointKind::markers).segment_of_landmark;
+    if (const auto segment = segments.find(*told); segment != segments.end())
       return MarkerPlace{*told, segment->second};
   }
-  const auto found = table.by_name.find(plain_name(name));
-  if (found == table.by_name.end()) return std::nullopt;
+  const auto& names = name_table(kind).by_name;
+  const auto found = names.find(plain_name(name));
+  if (found == names.end()) return std::nullopt;
   return found->second;
 }
 
 }  // namespace
 
 BodyMarkers body_markers(const std::vector<std::string>& names, const Landmarks& landmarks,
-                         const std::vector<std::string>& segments, const JointMapping& own) {
+                         const std::vector<std::string>& segments, PointKind kind, const JointMapping& own) {
   BodyMarkers out;
   for (const std::string& name : names) {
-    const auto place = place_of(name, own);
+    const auto place = place_of(name, kind, own);
     const std::string segment = place ? holder_of(place->segment, segments) : "";
     if (segment.empty())
       out.unknown.push_back(name);
@@ -135,7 +136,8 @@ BodyMarkers body_markers(const std::vector<std::string>& names, const Landmarks&
 
 std::vector<std::string> marker_places() {
   std::vector<std::string> out;
-  for (const auto& [landmark, segment] : name_table().segment_of_landmark) out.push_back(landmark);
+  for (const auto& [landmark, segment] : name_table(PointKind::markers).segment_of_landmark)
+    out.push_back(landmark);
   for (std::size_t label = 1; label < parts.size(); ++label) out.emplace_back(parts[label].name);
   return out;
 }

@@ -19,16 +19,20 @@ struct BodyMarker {
   std::optional<Eigen::Vector3d> point;
 };
 
+/// What a recording's points are: markers on the skin, or the joint centres of a skeleton (BVH).
+enum class PointKind { markers, joints };
+
 struct BodyMarkers {
   std::vector<BodyMarker> markers;   ///< in the order of the names
   std::vector<std::string> unknown;  ///< names that say no place, or one on a segment that the body lacks
 };
 
-/// Finds markers by the names of common sets (data/marker_names.csv). Letters alone count, without a subject's
+/// Finds markers by the names of common sets (data/marker_names.csv; joints: data/joint_names.csv). Letters alone count, without a subject's
 /// name before a colon. `own` (marker to landmark or segment, e.g. "RTHI1 = thigh_right") goes before the
 /// table. `segments`: those of the body. A marker over a landmark that was not found only follows its segment.
 BodyMarkers body_markers(const std::vector<std::string>& names, const Landmarks& landmarks,
-                         const std::vector<std::string>& segments, const JointMapping& own = {});
+                         const std::vector<std::string>& segments, PointKind kind,
+                         const JointMapping& own = {});
 
 /// What `own` may name: all landmarks and parts.
 std::vector<std::string> marker_places();

@@ -121,7 +121,7 @@ class Redrawn {
     auto skeleton = build_skeleton(present_, landmarks, options_);
     if (!skeleton) return tl::unexpected(skeleton.error());
     const BodyMarkers markers =
-        body_markers(motion_.markers.names, landmarks, segments_, source_.own_markers);
+        body_markers(motion_.markers.names, landmarks, segments_, source_.kind, source_.own_markers);
     auto placed = place_markers(skeleton->scene, markers.markers, motion_.trial, false);
     if (!placed) return tl::unexpected(placed.error());
     return fitted(placed->scene);

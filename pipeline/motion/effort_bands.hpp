@@ -17,7 +17,8 @@ namespace borelli {
 struct BodySource {
   const InertiaTable& table;  ///< with deviations
   const Landmarks& landmarks;
-  const JointMapping& own_markers;  ///< as for body_markers
+  PointKind kind = PointKind::markers;  ///< as for body_markers
+  const JointMapping& own_markers;      ///< likewise
 };
 
 struct EffortBandRequest {

@@ -218,9 +218,9 @@ double MotionFit::rms() const {
   return seen > 0 ? std::sqrt(squares / double(seen)) : 0;
 }
 
-Matrix3d turn_to_scene(const Scene& scene, const MarkerMotion& recording) {
-  if (!recording.up || scene.gravity.norm() == 0) return Matrix3d::Identity();
-  return Eigen::Quaterniond::FromTwoVectors(*recording.up, -scene.gravity).toRotationMatrix();
+Matrix3d turn_to_scene(const Scene& scene, const std::optional<Vector3d>& up) {
+  if (!up || scene.gravity.norm() == 0) return Matrix3d::Identity();
+  return Eigen::Quaterniond::FromTwoVectors(*up, -scene.gravity).toRotationMatrix();
 }
 
 Result<MotionFit> fit_motion(const Scene& scene, const System& system, const MarkerMotion& recording,
@@ -239,7 +239,7 @@ Result<MotionFit> fit_motion(const Scene& scene, const System& system, const Mar
   MotionFit out;
   out.warnings = followed->warnings;
   for (const FollowedMarker& marker : followed->markers) out.markers.push_back(marker.name);
-  const Matrix3d turn = turn_to_scene(scene, recording);
+  const Matrix3d turn = turn_to_scene(scene, recording.up);
   Matrix3Xd measured(3, Eigen::Index(followed->columns.size()));
   std::vector<VectorXd> rows;
   VectorXd q;
@@ -264,8 +264,8 @@ Result<MotionFit> fit_motion(const Scene& scene, const System& system, const Mar
     if (!frame) return tl::unexpected(frame.error());
     if (out.frames.empty())
       if (const auto names = fit->undetermined(); !names.empty())
-        out.warnings.push_back(
-            fmt::format("no followed marker determines {}: they stay where they start", printable_list(names)));
+        out.warnings.push_back(fmt::format("no followed marker determines {}: they stay where they start",
+                                           printable_list(names)));
     out.times.push_back(t);
     rows.push_back(q);
     out.frames.push_back(std::move(*frame));

@@ -12,6 +12,8 @@
 #include "pipeline/motion/bvh_file.hpp"
 #include "pipeline/motion/bvh_motion.hpp"
 #include "pipeline/motion/c3d_file.hpp"
+#include "pipeline/motion/external_loads.hpp"
+#include "pipeline/motion/motion_table_file.hpp"
 #include "pipeline/motion/trc_file.hpp"
 #include "process/input_file.hpp"
 
@@ -53,6 +55,7 @@ Result<Recording> recording_from_bvh(const std::filesystem::path& path, double u
   auto markers = bvh_markers(*bvh, unit, path.string());
   if (!markers) return tl::unexpected(markers.error());
   out.markers = std::move(*markers);
+  out.joint_centres = true;
   return out;
 }
 
@@ -81,12 +84,12 @@ Result<Recording> read_recording(const std::filesystem::path& path, double bvh_u
     case RecordingKind::trc: {
       auto trc = read_trc(path);
       if (!trc) return tl::unexpected(trc.error());
-      return Recording{std::move(trc->motion), {}, std::move(trc->warnings)};
+      return Recording{std::move(trc->motion), {}, std::move(trc->warnings), false};
     }
     case RecordingKind::c3d: {
       auto c3d = read_c3d(path);
       if (!c3d) return tl::unexpected(c3d.error());
-      return Recording{std::move(c3d->markers), std::move(c3d->forces), std::move(c3d->warnings)};
+      return Recording{std::move(c3d->markers), std::move(c3d->forces), std::move(c3d->warnings), false};
     }
     case RecordingKind::bvh:
       return recording_from_bvh(path, bvh_unit);
@@ -94,6 +97,37 @@ Result<Recording> read_recording(const std::filesystem::path& path, double bvh_u
       break;
   }
   return bad_use(path.string(), "is neither TRC, C3D nor BVH: expected a recording of markers");
+}
+
+Result<RecordedForces> read_forces(const std::filesystem::path& path) {
+  const std::string ending = path.extension().string();
+  RecordedForces out;
+  if (ending == ".xml") {
+    auto loads = read_external_loads(path);
+    if (!loads) return tl::unexpected(loads.error());
+    out.warnings = loads->warnings;
+    for (ExternalLoad& load : loads->loads) {
+      if (load.force_body != "ground" || load.point_body != "ground")
+        return bad_use(path.string(), fmt::format("gives '{}' in the axes of a body, not of the ground",
+                                                  printable(load.measured.name)));
+      out.forces.push_back(std::move(load.measured));
+    }
+  } else if (ending == ".mot" || ending == ".sto") {
+    const auto table = read_motion_table(path);
+    if (!table) return tl::unexpected(table.error());
+    out.warnings = table->warnings;
+    auto found = forces_in(table->table);
+    if (!found) return bad_use(path.string(), found.error().what);
+    out.forces = std::move(*found);
+  } else {
+    auto recording = read_recording(path);
+    if (!recording) return tl::unexpected(recording.error());
+    out.warnings = recording->warnings;
+    out.up = recording->markers.up;
+    out.forces = std::move(recording->forces);
+  }
+  if (out.forces.empty()) return bad_use(path.string(), "holds no ground forces");
+  return out;
 }
 
 Result<std::vector<MeasuredForce>> forces_in(const MotionTable& table) {

@@ -102,7 +102,7 @@ Result<StaticFit> fit_static(const Scene& scene, const MarkerMotion& trial, cons
                 .warnings = pose->warnings};
 
   // the shared markers that the trial shows, in the scene's axes
-  const Eigen::Matrix3d turn = turn_to_scene(scene, trial);
+  const Eigen::Matrix3d turn = turn_to_scene(scene, trial.up);
   std::vector<std::string> names;
   std::vector<Vector3d> seen;
   for (const std::string& name : pose->markers) {

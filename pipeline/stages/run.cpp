@@ -7,6 +7,7 @@
 #include "pipeline/files/folder_lock.hpp"
 #include "pipeline/files/whole_file.hpp"
 #include "pipeline/stages/run_body.hpp"
+#include "pipeline/stages/run_captured.hpp"
 #include "pipeline/stages/run_data.hpp"
 #include "pipeline/stages/run_inputs.hpp"
 #include "pipeline/stages/run_scan.hpp"
@@ -46,6 +47,16 @@ json settings_of(const RunSettings& s) {
           {"mesh_tolerance_mm", s.mesh_tolerance_mm},
           {"deface", s.deface},
           {"allow_untrusted", s.untrusted_is_fine},
+          {"captured",
+           {{"motion", names.name_of(s.captured.motion)},
+            {"forces", names.name_of(s.captured.forces)},
+            {"trial", names.name_of(s.captured.trial)},
+            {"marker_map", names.name_of(s.captured.marker_map)},
+            {"other_person", s.captured.other_person},
+            {"recorded_mass", s.captured.recorded_mass},
+            {"cutoff", s.captured.cutoff},
+            {"band_draws", s.captured.band_draws},
+            {"bvh_unit", s.captured.bvh_unit}}},
           {"leap",
            {{"flight_time", s.leap.flight_time},
             {"somersault_rate_deg", s.leap.somersault_rate_deg},
@@ -61,7 +72,8 @@ json pick(const json& all, std::initializer_list<const char*> names) {
   return some;
 }
 
-std::vector<Stage> stages_of(RunData& data) {
+/// `recorded`: digests of the captured motion's files.
+std::vector<Stage> stages_of(RunData& data, const json& recorded) {
   const RunSettings& settings = data.settings;
   const json all = settings_of(settings);
   const auto named = [&data](Result<json> answer) {
@@ -96,12 +108,15 @@ std::vector<Stage> stages_of(RunData& data) {
                     {"inertia/table.csv", "inertia/table.json"},
                     mute(integrate_parts),
                     {{"inertia/table.csv", "inertia/table.json"}, {"inertia/table.json"}}});
-  stages.push_back({"skeleton",
-                    {"inertia"},
-                    pick(all, {"subject", "leap", "method", "equations", "integrator_tolerance", "step"}),
-                    {"model/scene.toml"},
-                    mute(build_scene),
-                    {{"model/scene.toml"}}});
+  const bool captures = !settings.captured.motion.empty();
+  stages.push_back(
+      {"skeleton",
+       {"inertia"},
+       captures ? pick(all, {"subject"})
+                : pick(all, {"subject", "leap", "method", "equations", "integrator_tolerance", "step"}),
+       {"model/scene.toml"},
+       mute(build_scene),
+       {{"model/scene.toml"}}});
   const bool smaller = settings.model_tolerance > 0;
   if (smaller)
     stages.push_back({"economy",
@@ -109,11 +124,18 @@ std::vector<Stage> stages_of(RunData& data) {
                       pick(all, {"model_tolerance", "motion_quantities"}),
                       {"model/smallest.toml", "model/economy.html"},
                       shown(find_smallest)});
-  stages.push_back({"motion",
-                    {smaller ? "economy" : "skeleton"},
-                    pick(all, {"allow_untrusted"}),
-                    {"motion/trajectory.h5", "motion/trajectory.csv"},
-                    shown(simulate_scene)});
+  if (captures)
+    stages.push_back({"motion",
+                      {"skeleton"},
+                      {{"captured", all.at("captured")}, {"files", recorded}},
+                      captured_outputs(),
+                      shown(capture_motion)});
+  else
+    stages.push_back({"motion",
+                      {smaller ? "economy" : "skeleton"},
+                      pick(all, {"allow_untrusted"}),
+                      {"motion/trajectory.h5", "motion/trajectory.csv"},
+                      shown(simulate_scene)});
   stages.push_back(
       {"mesh", {"segmentation"}, pick(all, {"mesh_tolerance_mm", "deface"}), {}, shown(make_meshes)});
   stages.push_back({"glb", {"mesh", "motion"}, json::object(), {"body.glb"}, mute(make_glb)});
@@ -162,12 +184,16 @@ Result<json> run(const RunSettings& settings, bool force, const StageObserver& o
   if (!settings.settings_text.empty())
     if (auto written = write_whole(settings.folder / "settings.toml", settings.settings_text); !written)
       return tl::unexpected(written.error());
-  const auto digests = digests_of(*inputs, input_names(settings));
+  std::vector<RunInput> of_body, of_motion;
+  for (const RunInput& input : *inputs) (is_captured(input) ? of_motion : of_body).push_back(input);
+  const auto digests = digests_of(of_body, input_names(settings));
   if (!digests) return tl::unexpected(digests.error());
+  const auto recorded = digests_of(of_motion, input_names(settings));
+  if (!recorded) return tl::unexpected(recorded.error());
   json head{
       {"program", "borelli " BORELLI_VERSION}, {"inputs", *digests}, {"settings", settings_of(settings)}};
   RunData data(settings);
-  const std::vector<Stage> stages = stages_of(data);
+  const std::vector<Stage> stages = stages_of(data, *recorded);
   auto record = run_stages(*lock, head, stages, force, settings.threads, observer);
   if (!record)
     for (const std::string& warning : data.reader_warnings()) observer.warns(stages.front(), warning);

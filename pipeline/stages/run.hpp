@@ -6,6 +6,8 @@
 //   inertia/       table.csv, table.json
 //   model/         scene.toml
 //   motion/        trajectory.h5, trajectory.csv
+//                  (of a captured motion also angles.mot, moments.sto, powers.sto, marker_errors.sto,
+//                  efforts.json, and model/captured.toml)
 //   mesh/          *.stl, *.vtp
 //   body.glb, body.png, report.html, run.json, settings.toml
 //
@@ -24,6 +26,20 @@
 #include "segmentation/files/quantity.hpp"
 
 namespace borelli {
+
+/// A captured motion for the body (pipeline/motion/captured_motion.hpp), instead of the leap.
+struct CapturedSettings {
+  std::string motion;  ///< markers (.trc, .c3d) or a skeleton (.bvh); empty: the body leaps
+  std::string forces;  ///< ground forces (.mot, .sto, .xml, .c3d); empty: those of a C3D motion
+  std::string trial;   ///< the person standing still; empty: a frame of the motion
+  std::string
+      marker_map;  ///< from markers to landmarks or segments (joint_mapping.hpp); empty: by their names
+  bool other_person = false;  ///< the recorded person is not the scanned one
+  double recorded_mass = 0;   ///< kg, of the other person; 0: as the forces tell
+  double cutoff = 6;          ///< Hz, of the low-pass filter over the joint angles; 0: none
+  int band_draws = 24;        ///< for each cause of error (effort_bands.hpp); 0: no error bands
+  double bvh_unit = 0;        ///< metres of a BVH file's unit; 0: guessed
+};
 
 struct RunSettings {
   std::string volume;                    ///< file or DICOM folder
@@ -57,6 +73,7 @@ struct RunSettings {
   bool deface = false;             ///< meshes, picture and report without the face (deface.hpp)
   bool untrusted_is_fine = false;  ///< continue with a motion whose certificate says untrusted
   Leap leap;
+  CapturedSettings captured;
   int threads = 0;
   std::string settings_text;  ///< the user's settings, saved as settings.toml; empty: not saved
 };

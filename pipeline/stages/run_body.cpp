@@ -79,7 +79,8 @@ Result<json> build_scene(RunData& data) {
                      "is an MR volume, which does not show the parts by itself; segmentation/labels.nii.gz "
                      "and inertia/table.csv describe its tissues; for a moving body give a label map "
                      "(--labels with --label-mapping) or the joints (--landmarks)");
-  const SkeletonOptions options{data.settings.subject, data.settings.leap, told_absent(**table)};
+  SkeletonOptions options{data.settings.subject, data.settings.leap, told_absent(**table)};
+  if (!data.settings.captured.motion.empty()) options.leap.reset();
   auto skeleton = build_skeleton(present, (*segmentation)->landmarks, options);
   if (!skeleton) return tl::unexpected(skeleton.error());
   skeleton->scene.simulation.method = data.settings.method;

@@ -1,6 +1,7 @@
 #include "pipeline/stages/run_inputs.hpp"
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 
 #include "pipeline/files/digest.hpp"
@@ -29,6 +30,11 @@ Result<std::vector<std::string>> files_of_volume(const std::string& path) {
 
 }  // namespace
 
+bool is_captured(const RunInput& input) {
+  constexpr std::array roles{"motion", "forces", "static_trial", "marker_map"};
+  return std::ranges::find(roles, input.role) != roles.end();
+}
+
 Result<std::vector<RunInput>> inputs_of(const RunSettings& settings) {
   std::vector<RunInput> inputs;
   for (const auto& [role, path] : {std::pair{"volume", settings.volume}, {"labels", settings.labels}}) {
@@ -46,6 +52,12 @@ Result<std::vector<RunInput>> inputs_of(const RunSettings& settings) {
   if (!settings.label_mapping.empty() && std::ranges::find(ready, settings.label_mapping) == std::end(ready))
     inputs.push_back({"label_mapping", {settings.label_mapping}});
   if (!settings.landmarks.empty()) inputs.push_back({"landmarks", {settings.landmarks}});
+  const CapturedSettings& captured = settings.captured;
+  for (const auto& [role, path] : {std::pair{"motion", captured.motion},
+                                   {"forces", captured.forces},
+                                   {"static_trial", captured.trial},
+                                   {"marker_map", captured.marker_map}})
+    if (!path.empty()) inputs.push_back({role, {path}});
   for (const RunInput& input : inputs)
     for (const std::string& file : input.files)
       if (!fs::is_directory(file, problem))
@@ -54,7 +66,9 @@ Result<std::vector<RunInput>> inputs_of(const RunSettings& settings) {
 }
 
 InputNames input_names(const RunSettings& s) {
-  return {s.keep_paths, {s.volume, s.labels, s.label_names, s.label_mapping, s.landmarks}};
+  return {s.keep_paths,
+          {s.volume, s.labels, s.label_names, s.label_mapping, s.landmarks, s.captured.motion,
+           s.captured.forces, s.captured.trial, s.captured.marker_map}};
 }
 
 Result<nlohmann::json> digests_of(const std::vector<RunInput>& inputs, const InputNames& names) {

@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "pipeline/files/whole_file.hpp"
+#include "pipeline/motion/effort_report.hpp"
 #include "pipeline/motion/foot_contact.hpp"
 #include "pipeline/motion/id_setup.hpp"
 #include "pipeline/motion/motion_efforts_table.hpp"
@@ -55,39 +56,22 @@ Result<std::vector<ExternalLoad>> read_loads(const IdOptions& o, const Scene& sc
     command.warn(loads->warnings);
     return std::move(loads->loads);
   }
-  std::vector<MeasuredForce> forces;
-  if (ending == ".mot" || ending == ".sto") {
-    const auto table = read_motion_table(o.forces);
-    if (!table) return tl::unexpected(table.error());
-    command.warn(table->warnings);
-    auto found = forces_in(table->table);
-    if (!found) return bad_use(o.forces, found.error().what);
-    forces = std::move(*found);
-  } else {
-    auto recording = read_recording(o.forces);
-    if (!recording) return tl::unexpected(recording.error());
-    command.warn(recording->warnings);
-    if (recording->forces.empty()) return bad_use(o.forces, "holds no force plates");
-    const Eigen::Matrix3d turn = turn_to_scene(scene, recording->markers);
-    for (MeasuredForce& force : recording->forces)
-      for (Eigen::Matrix3Xd* values : {&force.force, &force.point, &force.moment}) *values = turn * *values;
-    forces = std::move(recording->forces);
-  }
+  auto recorded = read_forces(o.forces);
+  if (!recorded) return tl::unexpected(recorded.error());
+  command.warn(recorded->warnings);
+  const Eigen::Matrix3d turn = turn_to_scene(scene, recorded->up);
+  for (MeasuredForce& force : recorded->forces)
+    for (Eigen::Matrix3Xd* values : {&force.force, &force.point, &force.moment}) *values = turn * *values;
   const auto motion = RecordedMotion::of(system, positions, cutoff);
   if (!motion) return tl::unexpected(motion.error());
-  auto loads = loads_on_feet(system, *motion, forces, o.feet.empty() ? feet_of(system) : o.feet);
+  auto loads = loads_on_feet(system, *motion, recorded->forces, o.feet.empty() ? feet_of(system) : o.feet);
   if (!loads) return tl::unexpected(loads.error());
   command.warn(loads->warnings);
   return std::move(loads->loads);
 }
 
 json answer_of(const IdOptions& o, const System& system, const RecordedEfforts& efforts, double cutoff) {
-  json residuals = json::array(), coordinates = json::object();
-  for (const RootResidual& r : efforts.residuals) {
-    json one{{"coordinate", r.coordinate}, {"unit", r.angle ? "N m" : "N"}, {"rms", r.rms}, {"peak", r.peak}};
-    if (!r.angle && efforts.peak_force > 0) one["percent_of_peak_force"] = 100 * r.peak / efforts.peak_force;
-    residuals.push_back(one);
-  }
+  json coordinates = json::object();
   for (int u = 0; u < system.nv; ++u) {
     double done = 0, taken = 0;
     for (Eigen::Index i = 1; i < efforts.powers.rows(); ++i) {
@@ -103,7 +87,7 @@ json answer_of(const IdOptions& o, const System& system, const RecordedEfforts& 
   json answer{{"model", o.model},
               {"rows", efforts.times.size()},
               {"cut_off", cutoff},
-              {"root_residuals", residuals},
+              {"root_residuals", residual_report(efforts)},
               {"coordinates", coordinates}};
   if (efforts.peak_force > 0) answer["peak_measured_force"] = efforts.peak_force;
   if (!o.out.empty()) answer["out"] = o.out;

@@ -69,7 +69,11 @@ std::string settings_without_paths(CLI::App& verb, const RunSettings& s) {
   for (const auto& [option, given] : {std::pair{"--labels", s.labels},
                                       {"--label-names", s.label_names},
                                       {"--label-mapping", own_mapping ? s.label_mapping : ""},
-                                      {"--landmarks", s.landmarks}}) {
+                                      {"--landmarks", s.landmarks},
+                                      {"--motion", s.captured.motion},
+                                      {"--forces", s.captured.forces},
+                                      {"--static", s.captured.trial},
+                                      {"--marker-map", s.captured.marker_map}}) {
     if (given.empty()) continue;
     verb.get_option(option)->configurable(false);
     words += fmt::format(" {} {}", option, fs::path(given).filename().string());
@@ -87,6 +91,25 @@ bool lies_within(const fs::path& path, const fs::path& folder) {
     if (at == whole) return true;
     if (at == at.parent_path()) return false;
   }
+}
+
+// Whether the options of a captured motion go together.
+Result<void> check_captured(const RunSettings& settings) {
+  const CapturedSettings& captured = settings.captured;
+  if (captured.motion.empty()) {
+    for (const auto& [option, given] : {std::pair{"--forces", !captured.forces.empty()},
+                                        {"--static", !captured.trial.empty()},
+                                        {"--marker-map", !captured.marker_map.empty()},
+                                        {"--other-person", captured.other_person}})
+      if (given) return bad_use(option, "belongs to a captured motion; give --motion");
+    return {};
+  }
+  if (captured.recorded_mass > 0 && !captured.other_person)
+    return bad_use("--recorded-mass", "is of another person than the scanned one; give --other-person");
+  if (settings.model_tolerance > 0)
+    return bad_use("--tolerance",
+                   "chooses the smallest model for a simulated motion; leave it or --motion out");
+  return {};
 }
 
 void print_outcome(const nlohmann::json& record, const fs::path& folder) {
@@ -153,6 +176,7 @@ Result<nlohmann::json> work(RunAsked asked, const Command& command) {
   if (asked.integrator_tolerance_chosen && !method_is_adaptive(settings.method))
     return bad_use("--integrator-tolerance", "has no effect with " + settings.method +
                                                  ", whose steps have a fixed length; give --step");
+  if (auto fine = check_captured(settings); !fine) return tl::unexpected(fine.error());
   if (settings.subject.empty()) {
     auto name = name_of_input(settings.volume, settings.keep_paths);
     if (!name) return tl::unexpected(name.error());
@@ -280,6 +304,36 @@ void add_run(CLI::App& program, Command& command) {
                    "How far mesh simplification may move the surface, mm")
       ->check(number_not_negative())
       ->capture_default_str();
+  CapturedSettings& c = s.captured;
+  verb->add_option(
+      "--motion", c.motion,
+      "Captured motion: markers (.trc, .c3d) or a skeleton (.bvh); the body moves so instead of leaping");
+  verb->add_option(
+      "--forces", c.forces,
+      "Its ground forces: .mot, .sto, OpenSim's external loads (.xml) or .c3d (default: those of a "
+      ".c3d motion)");
+  verb->add_option(
+      "--static", c.trial,
+      "The same person standing still (.trc, .c3d); places the markers (default: a frame of the motion)");
+  verb->add_option(
+      "--marker-map", c.marker_map,
+      "Lines 'MARKER = PLACE' for markers whose names are not of a common set; a place is a landmark or "
+      "a part, e.g. knee_lateral_left or thigh_left");
+  verb->add_flag(
+      "--other-person", c.other_person,
+      "The recorded person is not the scanned one: scale motion and forces to the body, set its feet down");
+  verb->add_option("--recorded-mass", c.recorded_mass,
+                   "Mass of the other person, kg (default: as the forces tell)")
+      ->check(positive_number());
+  verb->add_option("--cut-off", c.cutoff, "Cut-off of the low-pass filter over the joint angles, Hz; 0: none")
+      ->check(number_not_negative())
+      ->capture_default_str();
+  verb->add_option("--band-draws", c.band_draws,
+                   "Draws for each cause of error behind the moments' error bands; 0: no bands")
+      ->check(number_within(0, 10000))
+      ->capture_default_str();
+  verb->add_option("--bvh-unit", c.bvh_unit, "Metres of a BVH file's unit (default: guessed from its size)")
+      ->check(positive_number());
   verb->add_option("--flight-time", s.leap.flight_time, "Flight time of the leap, s")
       ->check(number_within(0.05, 10.0))
       ->capture_default_str();
@@ -307,9 +361,12 @@ void add_run(CLI::App& program, Command& command) {
   group_options(*verb, "Inertia table",
                 {"--density-curve", "--convention", "--frames", "--segments", "--stature", "--work-grid",
                  "--table-tolerance"});
-  group_options(*verb, "Motion",
+  group_options(*verb, "Leap",
                 {"--flight-time", "--somersault-rate", "--tuck", "--muscle-frequency", "--damping-ratio",
                  "--tolerance", "--keep", "--method", "--equations", "--integrator-tolerance", "--step"});
+  group_options(*verb, "Captured motion",
+                {"--motion", "--forces", "--static", "--marker-map", "--other-person", "--recorded-mass",
+                 "--cut-off", "--band-draws", "--bvh-unit"});
   group_options(*verb, "Results", {"--mesh-tolerance", "--deface", "--keep-paths", "--allow-untrusted"});
   verb->callback([&command, asked, verb] {
     asked->work_grid_chosen = verb->count("--work-grid") > 0;
