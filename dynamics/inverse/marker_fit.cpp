@@ -168,17 +168,25 @@ double MarkerFit::Work::evaluate(double t, const VectorXd& q, const Eigen::Matri
   return goal.value;
 }
 
-/// Adds w |a|^2 / 2 for each resting rotation, where a is its angle, or a ball's rotation vector, from the
-/// start. The derivative of |a|^2 / 2 along the ball's own axes is a; its second derivative is taken as 1.
+/// Adds sum w_i a_i^2 / 2 for each resting rotation, where a is its angle, or a ball's rotation vector, from the
+/// start. Second derivatives of a are left out.
 void MarkerFit::Work::draw_to_rest(const VectorXd& q, bool derivatives) {
   for (const RestingRotation& r : resting) {
     const int size = r.nq == 4 ? 3 : 1;
-    Vector3d away(q[r.q] - system.initial.q[r.q], 0, 0);
-    if (r.nq == 4) away = logarithm(product(conjugate(system.initial.q.segment<4>(r.q)), q.segment<4>(r.q)));
-    goal.value += settings.rest_weight * away.squaredNorm() / 2;
+    const VectorXd weights = settings.rest_weights.segment(r.u, size);
+    VectorXd away(size);
+    MatrixXd slopes = MatrixXd::Identity(size, size);  // of a along the ball's own axes
+    if (r.nq == 4) {
+      const Vector3d a = logarithm(product(conjugate(system.initial.q.segment<4>(r.q)), q.segment<4>(r.q)));
+      for (int i = 0; i < 3; ++i) slopes.col(i) = rotation_vector_rate(a, Vector3d::Unit(i));
+      away = a;
+    } else {
+      away[0] = q[r.q] - system.initial.q[r.q];
+    }
+    goal.value += weights.dot(away.cwiseAbs2()) / 2;
     if (!derivatives) continue;
-    goal.gradient.segment(r.u, size) += settings.rest_weight * away.head(size);
-    goal.hessian.diagonal().segment(r.u, size).array() += settings.rest_weight;
+    goal.gradient.segment(r.u, size) += slopes.transpose() * weights.cwiseProduct(away);
+    goal.hessian.block(r.u, r.u, size, size) += slopes.transpose() * weights.asDiagonal() * slopes;
   }
 }
 
@@ -374,13 +382,12 @@ Result<MarkerFit> MarkerFit::create(const System& system, std::vector<FollowedMa
     weights += task.weight;
   }
   if (weights == 0) return bad_use("fit to markers", "no marker and no coordinate has a weight");
-  if (settings.rest_weight > 0)
-    for (const Body& body : system.bodies) {
-      if (body.parent == 0) continue;
-      for (int s = body.first_step; s < body.first_step + body.step_count; ++s)
-        if (const SwitchStep& step = system.steps[std::size_t(s)]; step.drive < 0 && step.rotates)
-          work->resting.push_back({step.q, step.u, step.nq});
-    }
+  if (settings.rest_weights.size() != 0 && settings.rest_weights.size() != system.nv)
+    return bad_use("fit to markers", "the rest weights are not one per velocity component");
+  if (settings.rest_weights.size() != 0)
+    for (const SwitchStep& step : system.steps)
+      if (step.drive < 0 && step.rotates && settings.rest_weights.segment(step.u, step.nv).maxCoeff() > 0)
+        work->resting.push_back({step.q, step.u, step.nq});
   if (settings.within_ranges)
     for (const System::LimitedCoordinate& limited : system.ranges) {
       const CoordinateInfo& c = system.coordinates[std::size_t(limited.coordinate)];

@@ -40,10 +40,10 @@ struct MarkerFitSettings {
   double tolerance = 1e-8;
   int most_iterations = 100;
   bool within_ranges = true;  ///< keep coordinates in the ranges of System::ranges
-  /// m^2/rad^2, beside markers whose weighted mean square is taken: draws every rotation between two solids
-  /// (not those that hang on the world) towards the scene's initial positions, so that it stays there where
-  /// markers do not tell. 0: none.
-  double rest_weight = 0;
+  /// Per free velocity component (nv; empty: none): draws rotations towards the scene's initial positions, so
+  /// that what markers do not tell stays near them. m^2/rad^2, beside markers whose weighted mean square is
+  /// taken; for other coordinates than rotations it is not used.
+  Eigen::VectorXd rest_weights = {};
 };
 
 /// One fitted frame.

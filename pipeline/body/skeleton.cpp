@@ -260,7 +260,7 @@ std::vector<Switch> Builder::ball(const Part& part, const Part& parent, const Ve
           {.kind = Ball{},
            .coordinate = name,
            .q = {start[0], start[1], start[2], start[3]},
-           .ranges = {ranges.begin(), ranges.end()}},
+           .ranges = options_.leap ? std::vector<Range>(ranges.begin(), ranges.end()) : std::vector<Range>()},
           {.kind = Fixed{{R_SB.transpose(), Vector3d::Zero()}}, .coordinate = ""}};
 }
 

@@ -5,11 +5,16 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
+#include "dynamics/numbers/rotation_vector.hpp"
+#include "error/printable.hpp"
+#include "pipeline/body/joint_axes.hpp"
 #include "pipeline/motion/foot_contact.hpp"
 #include "pipeline/motion/marker_placement.hpp"
 #include "pipeline/motion/motion_transfer.hpp"
 #include "pipeline/motion/scene_markers.hpp"
+#include "pipeline/motion/solid_poses.hpp"
 #include "pipeline/motion/static_fit.hpp"
 #include "pipeline/motion/text_rows.hpp"
 
@@ -93,6 +98,35 @@ Result<void> add_loads(CapturedMotion& out, const System& system, const std::vec
   return {};
 }
 
+/// Balls that go beyond their published ranges by more than 10 degrees, the spread of such ranges among people.
+void tell_ranges(CapturedMotion& out, const System& system) {
+  constexpr double spread = 10 * std::numbers::pi / 180;
+  std::vector<std::string> beyond;
+  for (const CoordinateInfo& c : system.coordinates) {
+    const auto solid = std::size_t(solid_index(system, c.solid));
+    if (c.q_size != 4 || system.bodies[std::size_t(system.solid_bodies[solid])].parent == 0) continue;
+    const JointAxes joint = joint_axes(c.name);
+    for (int axis = 0; axis < 3; ++axis) {
+      const JointAxis& usual = joint.axes[std::size_t(axis)];
+      double excess = 0, worst = 0;
+      for (Eigen::Index i = 0; i < out.positions.q.rows(); ++i) {
+        const Quaternion turn = out.positions.q.row(i).segment<4>(c.q_index).transpose();
+        const double angle = logarithm(turn)[axis];
+        const double past = std::max(usual.range.lower - angle, angle - usual.range.upper);
+        if (past > excess) excess = past, worst = angle;
+      }
+      if (excess > spread)
+        beyond.push_back(
+            fmt::format("{} {} {:.0f} deg", c.name, usual.motion, worst * 180 / std::numbers::pi));
+    }
+  }
+  if (!beyond.empty())
+    out.warnings.push_back(fmt::format(
+        "joints go more than 10 degrees beyond their usual ranges: {}; markers or landmarks may be "
+        "misplaced there",
+        name_list(beyond)));
+}
+
 }  // namespace
 
 Result<CapturedMotion> captured_motion(const BodyModel& body, const BodyMarkers& markers,
@@ -112,9 +146,11 @@ Result<CapturedMotion> captured_motion(const BodyModel& body, const BodyMarkers&
   for (MeasuredForce& force : forces)
     for (Matrix3Xd* values : {&force.force, &force.point, &force.moment}) *values = R * *values;
 
-  auto placed = place_markers(body.scene, markers.markers, trial, request.other_person);
+  auto placed =
+      place_markers(body.scene, markers.markers, trial, {request.other_person, recording.trial.has_value()});
   if (!placed) return tl::unexpected(placed.error());
   out.trial = trial;
+  out.standing = recording.trial.has_value();
   out.landmark_distance = placed->landmark_distance;
   out.followers = placed->followers;
   out.warnings.insert(out.warnings.end(), placed->warnings.begin(), placed->warnings.end());
@@ -138,6 +174,7 @@ Result<CapturedMotion> captured_motion(const BodyModel& body, const BodyMarkers&
 
   const auto system = compile(out.scene);
   if (!system) return tl::unexpected(system.error());
+  tell_ranges(out, *system);
   start_at(out.scene, *system, out.positions.q.row(0).transpose());
   MotionEffortsRequest asked;
   asked.cutoff = request.cutoff;

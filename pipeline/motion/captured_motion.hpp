@@ -43,9 +43,10 @@ struct CapturedMotionRequest {
 
 /// What the motion of a body is made of. World axes, z up.
 struct CapturedMotion {
-  Scene scene;           ///< the body with the markers at their places; starts in the first pose
-  MarkerMotion markers;  ///< of this body: measured, or made for its size
-  MarkerMotion trial;    ///< one frame in which the markers were placed
+  Scene scene;            ///< the body with the markers at their places; starts in the first pose
+  MarkerMotion markers;   ///< of this body: measured, or made for its size
+  MarkerMotion trial;     ///< one frame in which the markers were placed
+  bool standing = false;  ///< whether it shows the person standing
   std::vector<std::string> followers;  ///< markers whose places on their segments only the trial gives
   MotionFit fit;
   RecordedPositions positions;

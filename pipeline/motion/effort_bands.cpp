@@ -122,7 +122,7 @@ class Redrawn {
     if (!skeleton) return tl::unexpected(skeleton.error());
     const BodyMarkers markers =
         body_markers(motion_.markers.names, landmarks, segments_, source_.kind, source_.own_markers);
-    auto placed = place_markers(skeleton->scene, markers.markers, motion_.trial, false);
+    auto placed = place_markers(skeleton->scene, markers.markers, motion_.trial, {false, motion_.standing});
     if (!placed) return tl::unexpected(placed.error());
     return fitted(placed->scene);
   }

@@ -4,12 +4,18 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
+#include <numbers>
 
+#include "dynamics/numbers/rotation_vector.hpp"
+#include "pipeline/body/joint_axes.hpp"
 #include "pipeline/motion/scene_markers.hpp"
 #include "pipeline/motion/solid_poses.hpp"
 #include "pipeline/motion/static_fit.hpp"
 #include "pipeline/motion/text_rows.hpp"
+#include "segmentation/vocabulary/parts.hpp"
 
 namespace borelli {
 
@@ -19,6 +25,54 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 namespace {
+
+constexpr double moving_share = 1.0 / 4, other_standing_share = 1.0 / 16;  // of a joint's range
+
+/// People stand for the camera with their arms anywhere.
+bool is_arm(const std::string& joint) {
+  return joint.starts_with("shoulder") || joint.starts_with("elbow") || joint.starts_with("wrist");
+}
+
+/// The markers of a frame that a scene has.
+MarkerMotion known_part(const Scene& scene, const MarkerMotion& motion) {
+  MarkerMotion out{{}, motion.times, {Matrix3Xd(3, std::ssize(motion.names))}, motion.up};
+  for (std::size_t m = 0; m < motion.names.size(); ++m) {
+    if (std::ranges::find(scene.markers, motion.names[m], &Marker::name) == scene.markers.end()) continue;
+    out.frames[0].col(std::ssize(out.names)) = motion.frames[0].col(Eigen::Index(m));
+    out.names.push_back(motion.names[m]);
+  }
+  out.frames[0].conservativeResize(3, std::ssize(out.names));
+  return out;
+}
+
+/// Where the arms may be when a person stands: hanging, out to the sides, stretched forwards. The elbows are
+/// never straight here: from a straight elbow a fit does not find the way that it bends.
+struct ArmPose {
+  double flexion_deg = 0, adduction_deg = 0;  ///< of the shoulder
+};
+constexpr std::array<ArmPose, 3> arm_poses{{{0, 0}, {0, -80}, {80, 0}}};
+constexpr double bent_elbow_deg = 30;
+
+/// Lets all joints between segments start in the anatomical position, where their coordinates are zero, but for
+/// the arms.
+void start_standing(Scene& scene, const System& system, const ArmPose& arms) {
+  constexpr double degree = std::numbers::pi / 180;
+  VectorXd q = system.initial.q;
+  for (const CoordinateInfo& c : system.coordinates) {
+    const auto solid = std::size_t(solid_index(system, c.solid));
+    if (!c.angle || system.bodies[std::size_t(system.solid_bodies[solid])].parent == 0) continue;
+    if (c.q_size == 4) {
+      const Vector3d turn = degree * Vector3d(arms.flexion_deg, arms.adduction_deg, 0);
+      q.segment<4>(c.q_index) = c.name.starts_with("shoulder") ? exponential(turn) : identity_quaternion();
+    } else {
+      q[c.q_index] = c.name.starts_with("elbow") ? bent_elbow_deg * degree : 0;
+      for (const auto& limited : system.ranges)
+        if (system.coordinates[std::size_t(limited.coordinate)].name == c.name)
+          q[c.q_index] = std::clamp(q[c.q_index], limited.ranges[0].lower, limited.ranges[0].upper);
+    }
+  }
+  start_at(scene, system, q);
+}
 
 /// Markers that a frame shows, with their places.
 struct ShownMarkers {
@@ -69,15 +123,62 @@ Result<VectorXd> laid_onto(const Scene& scene, const System& system, const Shown
   return q;
 }
 
+/// Lets the scene start near the trial: laid onto its markers; of a standing person with the arms that fit best.
+Result<void> lay_start(Scene& scene, const MarkerMotion& trial, const ShownMarkers& known, double share,
+                       bool standing) {
+  const Scene given = scene;
+  double least = std::numeric_limits<double>::infinity();
+  for (const ArmPose& arms : arm_poses) {
+    Scene started = given;
+    auto system = compile(started);
+    if (!system) return tl::unexpected(system.error());
+    if (standing) {
+      start_standing(started, *system, arms);
+      system = compile(started);
+      if (!system) return tl::unexpected(system.error());
+    }
+    const auto q = laid_onto(started, *system, known);
+    if (!q) return tl::unexpected(q.error());
+    start_at(started, *system, *q);
+    system = compile(started);
+    if (!system) return tl::unexpected(system.error());
+    MotionFitRequest request;
+    request.rest_weights = body_rest_weights(*system, known.names.size(), share);
+    const auto fit = fit_motion(started, *system, known_part(started, trial), request);
+    if (!fit) return tl::unexpected(fit.error());
+    if (fit->rms() < least) least = fit->rms(), scene = started;
+    if (!standing) break;
+  }
+  return {};
+}
+
 }  // namespace
 
-double body_rest_weight(std::size_t markers) {
-  constexpr double shift = 0.01, excursion = 0.5;  // m, rad
-  return shift * shift / (excursion * excursion) / double(std::max<std::size_t>(1, markers));
+VectorXd body_rest_weights(const System& system, std::size_t markers, double share) {
+  constexpr double shift = 0.01;  // m
+  VectorXd weights = VectorXd::Zero(system.nv);
+  for (const CoordinateInfo& c : system.coordinates) {
+    const auto solid = std::size_t(solid_index(system, c.solid));
+    if (!c.angle || system.bodies[std::size_t(system.solid_bodies[solid])].parent == 0) continue;
+    for (int part = 0; part < c.v_size; ++part) {
+      double width = 2;  // rad
+      if (c.v_size == 3 && std::ranges::find(parts, c.name, &Part::joint) != parts.end()) {
+        const JointAxis axis = joint_axes(c.name).axes[std::size_t(part)];
+        if (!axis.motion.empty()) width = axis.range.upper - axis.range.lower;
+      }
+      for (const auto& limited : system.ranges)
+        if (system.coordinates[std::size_t(limited.coordinate)].name == c.name)
+          width = limited.ranges[std::size_t(part)].upper - limited.ranges[std::size_t(part)].lower;
+      const double spread = width * (is_arm(c.name) ? moving_share : share);
+      weights[c.v_index + part] =
+          shift * shift / (spread * spread) / double(std::max<std::size_t>(1, markers));
+    }
+  }
+  return weights;
 }
 
 Result<PlacedMarkers> place_markers(const Scene& scene, const std::vector<BodyMarker>& markers,
-                                    const MarkerMotion& trial, bool size_to_trial) {
+                                    const MarkerMotion& trial, const PlacementRequest& request) {
   PlacedMarkers out;
   out.scene = scene;
   out.factors.assign(scene.solids.size(), 1);
@@ -97,6 +198,7 @@ Result<PlacedMarkers> place_markers(const Scene& scene, const std::vector<BodyMa
       }
     }
   }
+  const double share = request.standing && request.size_to_trial ? other_standing_share : moving_share;
   const ShownMarkers known = shown_of(names_of(out.scene.markers), trial, 0);
   if (known.names.size() < 3)
     return bad_use(
@@ -104,22 +206,16 @@ Result<PlacedMarkers> place_markers(const Scene& scene, const std::vector<BodyMa
         fmt::format("only {} of them stand over landmarks of the body; at least 3 are needed (name "
                     "them as a common marker set does, or give --marker-map)",
                     known.names.size()));
-  const auto start_laid = [&]() -> Result<void> {
-    const auto system = compile(out.scene);
-    if (!system) return tl::unexpected(system.error());
-    const auto q = laid_onto(out.scene, *system, known);
-    if (!q) return tl::unexpected(q.error());
-    start_at(out.scene, *system, *q);
-    return {};
-  };
-  if (auto laid = start_laid(); !laid) return tl::unexpected(laid.error());
-  const double rest_weight = body_rest_weight(known.names.size());
-  if (size_to_trial) {
+  if (auto laid = lay_start(out.scene, trial, known, share, request.standing); !laid)
+    return tl::unexpected(laid.error());
+  if (request.size_to_trial) {
     StaticFitRequest sizing;
     sizing.per_segment = true;
     sizing.move_markers = false;
-    sizing.rest_weight = rest_weight;
-    auto sized = fit_static(out.scene, trial, sizing);
+    const auto unsized = compile(out.scene);
+    if (!unsized) return tl::unexpected(unsized.error());
+    sizing.rest_weights = body_rest_weights(*unsized, known.names.size(), share);
+    auto sized = fit_static(out.scene, known_part(out.scene, trial), sizing);
     if (!sized) return tl::unexpected(sized.error());
     out.factors = sized->factors;
     out.warnings = sized->warnings;
@@ -127,9 +223,9 @@ Result<PlacedMarkers> place_markers(const Scene& scene, const std::vector<BodyMa
   }
   const auto system = compile(out.scene);
   if (!system) return tl::unexpected(system.error());
-  MotionFitRequest request;
-  request.rest_weight = rest_weight;
-  const auto pose = fit_motion(out.scene, *system, trial, request);
+  MotionFitRequest fit;
+  fit.rest_weights = body_rest_weights(*system, known.names.size(), share);
+  const auto pose = fit_motion(out.scene, *system, known_part(out.scene, trial), fit);
   if (!pose) return tl::unexpected(pose.error());
   out.landmark_distance = pose->rms();
   const VectorXd q = pose->q.row(0).transpose();
@@ -162,7 +258,7 @@ Result<MotionFit> fit_placed(const Scene& scene, const MarkerMotion& motion,
   if (!system) return tl::unexpected(system.error());
   // joints that markers do not tell stay near where the trial has them
   MotionFitRequest request;
-  request.rest_weight = body_rest_weight(names.size());
+  request.rest_weights = body_rest_weights(*system, names.size(), moving_share);
   request.progress = progress;
   return fit_motion(started, *system, motion, request);
 }

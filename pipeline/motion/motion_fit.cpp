@@ -233,7 +233,7 @@ Result<MotionFit> fit_motion(const Scene& scene, const System& system, const Mar
                                {.tolerance = 1e-8,
                                 .most_iterations = 100,
                                 .within_ranges = request.within_ranges,
-                                .rest_weight = request.rest_weight});
+                                .rest_weights = request.rest_weights});
   if (!fit) return tl::unexpected(fit.error());
 
   MotionFit out;

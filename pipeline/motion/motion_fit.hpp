@@ -23,7 +23,7 @@ struct MotionFitRequest {
   std::pair<double, double> time_range{-std::numeric_limits<double>::infinity(),
                                        std::numeric_limits<double>::infinity()};
   bool within_ranges = true;
-  double rest_weight = 0;                ///< as MarkerFitSettings::rest_weight
+  Eigen::VectorXd rest_weights = {};     ///< as MarkerFitSettings::rest_weights
   std::function<void(double)> progress;  ///< called with the share done, 0 to 1; may be empty
 };
 

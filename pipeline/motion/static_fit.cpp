@@ -89,7 +89,7 @@ Result<StaticFit> fit_static(const Scene& scene, const MarkerMotion& trial, cons
     const auto system = compile(of);
     if (!system) return tl::unexpected(system.error());
     MotionFitRequest fit;
-    fit.rest_weight = request.rest_weight;
+    fit.rest_weights = request.rest_weights;
     return fit_motion(of, *system, mean, fit);
   };
   auto pose = fit_pose(scene);
@@ -137,7 +137,8 @@ Result<StaticFit> fit_static(const Scene& scene, const MarkerMotion& trial, cons
     out.scene = scaled(scene, out.factors, {}).scene;
     const auto system = compile(out.scene);
     if (!system) return tl::unexpected(system.error());
-    start_at(out.scene, *system, q);
+    if (request.rest_weights.size() == 0)
+      start_at(out.scene, *system, q);  // else the start is where joints rest
     pose = fit_pose(out.scene);
     if (!pose) return tl::unexpected(pose.error());
     q = pose->q.row(0).transpose();

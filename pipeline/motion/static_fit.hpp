@@ -15,7 +15,7 @@ struct StaticFitRequest {
   bool keep_masses = false;            ///< masses stay those of the model
   std::optional<double> mass;          ///< kg, of the whole body; empty: as the volumes say
   bool move_markers = true;            ///< put the model's markers where the trial shows them
-  double rest_weight = 0;              ///< as MarkerFitSettings::rest_weight
+  Eigen::VectorXd rest_weights = {};   ///< as MarkerFitSettings::rest_weights
   double start = -1e300, end = 1e300;  ///< s, of the frames whose mean is taken
 };
 
