@@ -308,7 +308,7 @@ Result<EffortSection> effort_section(const json& efforts) {
       "<p class=\"quiet\">By inverse dynamics of {}{}. A moment is positive where it turns the joint in the "
       "named direction. Power is positive where muscles give energy, negative where they take it up.</p>\n",
       html_text(text_of(made.page, "source")),
-      mass > 0 ? fmt::format(", body mass {} kg", fixed_text(mass, 1)) : "");
+      mass > 0 ? fmt::format(", body mass {}&nbsp;kg", fixed_text(mass, 1)) : "");
   made.html += peak_table(made.page) + residual_rows(made.page["residuals"]) + "</section>\n";
   return made;
 }

@@ -1,7 +1,7 @@
 // The motion's energies and multipliers over time, by uPlot; a click moves the body to that moment.
 import uPlot from 'uplot';
 import 'uplot/dist/uPlot.min.css';
-import { css, darkScheme, h, onResize, seconds, significant } from './dom.js';
+import { css, darkScheme, fixed, h, onResize, seconds, significant } from './dom.js';
 
 // Okabe & Ito's colours, told apart by the colour-blind; each with a dash of its own for grey print.
 const okabeIto = ['#0072b2', '#e69f00', '#009e73', '#cc79a7', '#56b4e9', '#d55e00'];
@@ -44,7 +44,7 @@ export function makeChart({
     if (!plot) return;
     const x = plot.valToPos(origin + time, 'x');
     now.style.transform = `translateX(${x}px)`;
-    now.hidden = scrub ? !(x >= -1 && x <= plot.over.clientWidth + 1) : !(time > 0);
+    now.hidden = scrub ? origin + time < times[0] || origin + time > times.at(-1) : !(time > 0);
     if (scrub) readHere();
   };
   // the legend gives the values at the pointer, else at the player's time
@@ -73,7 +73,7 @@ export function makeChart({
         if (seek && idx !== null && idx !== undefined) seek(times[idx] - origin);
       });
     if (scrub) plot.over.addEventListener('mouseleave', readHere);
-    mark();
+    queueMicrotask(mark); // after uPlot's own first drawing, which clears the legend
   };
   const showTime = (to) => {
     time = to;
@@ -171,7 +171,10 @@ function options(width, height, unit, curves, { sync, scrub }) {
       { ...axis, label: unit, labelSize: 20, size: 62, values: (_, ticks) => ticks.map(tick) },
     ],
     series: [
-      { label: 'time', value: (_, v) => (v === null || v === undefined ? '–' : seconds(v)) },
+      {
+        label: 'time',
+        value: (_, v) => (v === null || v === undefined ? '–' : scrub ? `${fixed(v, 2)} s` : seconds(v)),
+      },
       ...curves.map(({ name }, i) => ({
         label: name,
         stroke: colours[i],

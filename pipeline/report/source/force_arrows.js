@@ -8,32 +8,38 @@ const least = 5; // N: a plate's noise has no direction
 const up = new Vector3(0, 1, 0);
 const inScene = ([x, y, z]) => new Vector3(x, z, -y); // the world is Z up, glTF Y up
 
-/** One arrow along +Y from the origin, faint where the body hides it. */
+const casing = 0.006; // m, about each part
+
+/** One arrow along +Y from the origin. Nothing hides it, and a light casing sets it off from the body's colours. */
 function makeArrow() {
-  const shaft = new CylinderGeometry(0.008, 0.008, 1, 12).translate(0, 0.5, 0);
-  const head = new ConeGeometry(0.024, 1, 16).translate(0, -0.5, 0);
-  const seen = new MeshBasicMaterial();
-  const hidden = new MeshBasicMaterial({ transparent: true, opacity: 0.45, depthTest: false });
-  const shafts = [new Mesh(shaft, hidden), new Mesh(shaft, seen)];
-  const heads = [new Mesh(head, hidden), new Mesh(head, seen)];
+  const colour = new MeshBasicMaterial({ depthTest: false, transparent: true });
+  const light = new MeshBasicMaterial({ color: 0xffffff, depthTest: false, transparent: true, opacity: 0.8 });
+  const shaft = new CylinderGeometry(0.009, 0.009, 1, 12).translate(0, 0.5, 0);
+  const head = new ConeGeometry(0.028, 1, 16).translate(0, 0.5, 0);
   const group = new Group();
-  group.add(...shafts, ...heads);
+  const part = (geometry, material, order, radial) => {
+    const mesh = new Mesh(geometry, material);
+    mesh.renderOrder = order; // the casings first
+    mesh.scale.set(radial, 1, radial);
+    group.add(mesh);
+    return mesh;
+  };
+  const shafts = [part(shaft, light, 2, 1 + casing / 0.009), part(shaft, colour, 3, 1)];
+  const heads = [part(head, light, 2, 1 + (2 * casing) / 0.028), part(head, colour, 3, 1)];
   return {
     group,
-    colour(value) {
-      seen.color.set(value);
-      hidden.color.set(value);
-    },
+    colour: (value) => colour.color.set(value),
     aim(from, force) {
       const length = force.length() * metresPerNewton;
-      const tip = Math.min(0.09, 0.4 * length);
+      const tip = Math.min(0.1, 0.4 * length);
       group.position.copy(from);
       group.quaternion.setFromUnitVectors(up, force.clone().normalize());
       for (const mesh of shafts) mesh.scale.y = length - tip;
-      for (const mesh of heads) {
-        mesh.position.y = length;
-        mesh.scale.y = tip;
-      }
+      heads.forEach((mesh, i) => {
+        const beyond = i === 0 ? casing : 0;
+        mesh.position.y = length - tip - beyond;
+        mesh.scale.y = tip + 4 * beyond;
+      });
     },
   };
 }
