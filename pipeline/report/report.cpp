@@ -18,6 +18,7 @@
 #include "pipeline/export/histogram.hpp"
 #include "pipeline/export/thumbnail.hpp"
 #include "pipeline/files/palette.hpp"
+#include "pipeline/report/effort_section.hpp"
 #include "segmentation/body/tissues.hpp"
 #include "segmentation/vocabulary/parts.hpp"
 #include "threads/slabs.hpp"
@@ -239,16 +240,16 @@ Result<std::string> block(const char* name, std::string_view bytes) {
   return fmt::format("<script type=\"text/plain\" id=\"block-{}\">{}</script>\n", name, base64(*packed));
 }
 
-/// The page up to its data.
-std::string head_of(const std::string& subject) {
+/// The page up to its data; `content` is shown without JavaScript too.
+std::string head_of(const std::string& subject, const std::string& content) {
   return fmt::format(
       "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" "
       "content=\"width=device-width, initial-scale=1\">\n{}\n<meta name=\"color-scheme\" content=\"light "
       "dark\">\n<meta name=\"generator\" content=\"borelli\">\n<link rel=\"icon\" "
       "href=\"data:,\">\n<title>{} – borelli</title>\n<style>{}</style>\n</head>\n<body>\n<main "
       "id=\"page\"><noscript>This report needs JavaScript, which is switched off here. The files beside it "
-      "hold the same numbers.</noscript></main>\n",
-      page_policy, html_text(subject), data::viewer_style);
+      "hold the same numbers.</noscript>{}</main>\n",
+      page_policy, html_text(subject), data::viewer_style, content);
 }
 
 }  // namespace
@@ -307,8 +308,15 @@ Result<std::string> report_page(const ReportInputs& inputs) {
     report["files"].push_back({{"path", file.path}, {"bytes", file.bytes}});
   if (inputs.trajectory) report["motion"] = motion_of(*inputs.trajectory);
   report.update(views.facts);
+  std::string moments;
+  if (!inputs.efforts.is_null()) {
+    auto section = effort_section(inputs.efforts);
+    if (!section) return tl::unexpected(section.error());
+    report["efforts"] = std::move(section->page);
+    moments = std::move(section->html);
+  }
 
-  std::string page = head_of(inputs.subject);
+  std::string page = head_of(inputs.subject, moments);
   page += "<script type=\"application/json\" id=\"report\">" + script_json(report) + "</script>\n";
   page += views.packed;
   if (body.valid()) {
@@ -341,9 +349,15 @@ std::vector<ReportFile> report_files(const fs::path& folder) {
                              "inertia/table.json",
                              "model/scene.toml",
                              "model/smallest.toml",
+                             "model/captured.toml",
                              "model/economy.html",
                              "motion/trajectory.h5",
                              "motion/trajectory.csv",
+                             "motion/angles.mot",
+                             "motion/moments.sto",
+                             "motion/powers.sto",
+                             "motion/marker_errors.sto",
+                             "motion/efforts.json",
                              "body.glb",
                              "body.png",
                              "run.json"};

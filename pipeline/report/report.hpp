@@ -43,7 +43,8 @@ struct ReportInputs {
   std::string_view glb;  ///< bytes of body.glb; empty: no player
   /// Remove the face from the scan's copy (deface.hpp). The caller removes it from the surface in `glb`.
   bool deface = false;
-  nlohmann::json run;  ///< run.json so far
+  nlohmann::json efforts;  ///< motion/efforts.json (pipeline/motion/effort_report.hpp); null: none
+  nlohmann::json run;      ///< run.json so far
   std::vector<ReportFile> files;
   const ScanViews* views = nullptr;  ///< result of scan_views; null: computed with the page
 };

@@ -14,6 +14,7 @@
 #include "pipeline/export/thumbnail.hpp"
 #include "pipeline/files/whole_file.hpp"
 #include "tests/pipeline/capsule_body.hpp"
+#include "tests/pipeline/pendulum_efforts.hpp"
 
 namespace borelli {
 namespace {
@@ -202,6 +203,29 @@ TEST_F(Report, NeedsFewInputs) {
   EXPECT_EQ(json::parse(script(page(in), "report"))["source"]["quantity"], "labels");
 }
 
+TEST_F(Report, ShowsJointMomentsWithoutJavaScript) {
+  const std::string without = page(inputs());
+  ReportInputs in = inputs();
+  in.efforts = test::pendulum_efforts(nasty);
+  const std::string text = page(in);
+  const auto main = text.find("<main"), end = text.find("</main>");
+  const auto section = text.find("<section id=\"moments\"");
+  EXPECT_LT(text.find("</noscript>", main), section);
+  EXPECT_LT(section, end);
+  EXPECT_EQ(count(text, "<script"), 5u);
+  EXPECT_EQ(json::parse(script(text, "report"))["efforts"]["coordinates"].size(), 5u);
+  EXPECT_FALSE(json::parse(script(without, "report")).contains("efforts"));
+  EXPECT_NE(without.find("</noscript></main>"), std::string::npos);
+}
+
+TEST_F(Report, RefusesDamagedEfforts) {
+  ReportInputs in = inputs();
+  in.efforts = {{"times", json::array()}};
+  const auto made = report_page(in);
+  ASSERT_FALSE(made);
+  EXPECT_EQ(made.error().where, "motion/efforts.json");
+}
+
 // Opens the page in headless Chromium: see report_page_check.py for what it must do there.
 TEST_F(Report, DrawsItselfInABrowser) {
   if (std::system("python3 --version > /dev/null 2>&1") != 0) GTEST_SKIP() << "needs python3";
@@ -219,10 +243,15 @@ TEST_F(Report, DrawsItselfInABrowser) {
   little.subject = "little";
   little.labels = &scan.labels;
   ASSERT_TRUE(write_report(little, folder / "little.html"));
-  EXPECT_EQ(std::system(("python3 -B " + test::source_folder() + "/tests/pipeline/report_page_check.py " +
-                         (folder / "full.html").string() + " " + (folder / "little.html").string())
-                            .c_str()),
+  const auto check = [](const std::string& words) {
+    return std::system(("python3 -B " + test::source_folder() + "/tests/pipeline/" + words).c_str());
+  };
+  EXPECT_EQ(check("report_page_check.py " + (folder / "full.html").string() + " " +
+                  (folder / "little.html").string()),
             0);
+  full.efforts = test::pendulum_efforts("swing.trc", motion.times[0]);
+  ASSERT_TRUE(write_report(full, folder / "moments.html"));
+  EXPECT_EQ(check("report_moments_check.py " + (folder / "moments.html").string()), 0);
   fs::remove_all(folder);
 }
 

@@ -25,6 +25,7 @@ import {
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 import { css } from './dom.js';
+import { makeForceArrows } from './force_arrows.js';
 
 export const views = {
   // where the camera stands, seen from the body; the patient looks along +Z, the left hand is at +X
@@ -34,8 +35,8 @@ export const views = {
   Above: [0, 1, 0.02],
 };
 
-/** Scene, camera and renderer; draws only when something changed. */
-export async function makeBody(canvas, glb, way) {
+/** Scene, camera and renderer; draws only when something changed. `loads`: see makeForceArrows, or null. */
+export async function makeBody(canvas, glb, way, loads) {
   const renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
   renderer.shadowMap.enabled = true;
   renderer.shadowMap.type = PCFShadowMap;
@@ -73,10 +74,12 @@ export async function makeBody(canvas, glb, way) {
   };
 
   const travel = measure(model, solids, duration, pose);
-  const ground = makeGround(travel);
+  // forces were measured on a floor at height 0; else the body's lowest point is the floor
+  const ground = makeGround(travel, loads ? 0 : travel.box.min.y);
   const sun = addLights(scene, travel);
   const path = way ? makePath(way, travel.size) : null;
-  scene.add(ground.group, ...(path ? [path.group] : []));
+  const arrows = loads ? makeForceArrows(loads) : null;
+  scene.add(ground.group, ...[path, arrows].filter(Boolean).map(({ group }) => group));
 
   let asked = false;
   // a body whose whole way would make it small in the picture is followed
@@ -119,6 +122,7 @@ export async function makeBody(canvas, glb, way) {
     duration,
     ground,
     path,
+    arrows,
     camera,
     orbit,
     look,
@@ -127,6 +131,7 @@ export async function makeBody(canvas, glb, way) {
       pose(time);
       keepInView();
       path?.mark(time);
+      arrows?.mark(time);
       sun.follow(middle(solids));
     },
     drawNow: draw,
@@ -151,6 +156,7 @@ export async function makeBody(canvas, glb, way) {
     colour() {
       ground.colour();
       path?.colour();
+      arrows?.colour();
       ask();
     },
   };
@@ -241,7 +247,7 @@ function measure(model, solids, duration, pose) {
   return { start, size, box: all, spheres, around };
 }
 
-function makeGround({ box, start, size }) {
+function makeGround({ box, start, size }, level) {
   // cells of half a metre under a body, of half a centimetre under a mechanism of some centimetres
   const scale = 10 ** Math.min(0, Math.floor(Math.log10(size / 0.7)));
   const way = Math.max(size, box.getSize(new Vector3()).length() / 2);
@@ -267,7 +273,7 @@ function makeGround({ box, start, size }) {
   shade.receiveShadow = true;
   group.add(shade);
   const round = (x) => Math.round(x / scale) * scale;
-  group.position.set(round(start.x), box.min.y - 0.002 * scale, round(start.z));
+  group.position.set(round(start.x), level - 0.002 * scale, round(start.z));
   return { group, colour };
 }
 

@@ -7,9 +7,10 @@ const speeds = [0.01, 0.1, 0.25, 0.5, 1, 2];
 
 /**
  * The player; `glb` are the bytes of the model, `facts` maps a part's name to {mass, share} in the table's order,
- * `way` = {times, points} is the gravity centre's way in the world (Z up, m), or null.
+ * `way` = {times, points} is the gravity centre's way in the world (Z up, m), `loads` = {times, forces, origin} the
+ * ground forces (see makeForceArrows); each may be null.
  */
-export async function makePlayer(glb, facts, way) {
+export async function makePlayer(glb, facts, way, loads) {
   const canvas = h('canvas', {
     tabindex: 0,
     role: 'img',
@@ -18,7 +19,7 @@ export async function makePlayer(glb, facts, way) {
   });
   const tip = h('div', { class: 'tip', role: 'status', hidden: true });
   const stage = h('div', { class: 'stage' }, canvas, tip);
-  const body = await makeBody(canvas, glb, way);
+  const body = await makeBody(canvas, glb, way, loads);
   const clock = makeClock(body);
   const legend = makeLegend(body, facts);
   pointAtParts(stage, canvas, tip, body, legend, facts);
@@ -169,6 +170,12 @@ function controlsOf(body, clock) {
       body.path
         ? box('Gravity centre', true, (on) => {
             body.path.group.visible = on;
+            body.ask();
+          })
+        : null,
+      body.arrows
+        ? box('Ground forces (1 m: 1000 N)', true, (on) => {
+            body.arrows.group.visible = on;
             body.ask();
           })
         : null,

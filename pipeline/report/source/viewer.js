@@ -6,6 +6,7 @@ import { motionCharts } from './charts.js';
 import { jointTable, makeCoronal } from './coronal.js';
 import { readBlock, readReport } from './data.js';
 import { fixed, h, partTitle, seconds, section, significant } from './dom.js';
+import { fillMoments } from './efforts.js';
 import { makeFits } from './fits.js';
 import { makeHistogram } from './histogram.js';
 import { makeMassChart } from './masses.js';
@@ -28,6 +29,8 @@ async function build() {
   const facts = new Map(rows.filter((r) => Number.isFinite(r.mass)).map((r) => [r.name, r]));
   const page = document.getElementById('page');
   const redraws = [];
+  const moments = document.getElementById('moments'); // with its tables, for readers without JavaScript
+  const started = report.motion?.times?.[0] ?? report.efforts?.times[0];
 
   page.replaceChildren(header(report, rows));
   let player = null;
@@ -41,6 +44,9 @@ async function build() {
         report.motion?.gravity_centre
           ? { times: report.motion.times, points: report.motion.gravity_centre }
           : null,
+        report.efforts?.forces.length > 0
+          ? { times: report.efforts.times, forces: report.efforts.forces, origin: started }
+          : null,
       );
       holder.append(player.element);
       player.start();
@@ -53,6 +59,11 @@ async function build() {
         ),
       );
     }
+  }
+  if (moments) {
+    page.append(moments);
+    const link = player?.duration > 0 ? { onTime: player.onTime, seek: player.seek } : {};
+    redraws.push(fillMoments(moments, report.efforts, { ...link, origin: started }).draw);
   }
   if (rows.length > 0) page.append(anatomy(report, rows, redraws));
   if (report.volume && (grey || labels)) page.append(scan(report, grey, labels, fits, redraws));
