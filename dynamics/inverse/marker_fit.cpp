@@ -211,10 +211,11 @@ void MarkerFit::Work::fill_hessian() {
   }
 }
 
-/// The entries of column u, which moves all that `carried` sums, in the rows of its own switch `step` and of
-/// those before it. A point x moves by J_u(x) = linear + angular cross x per unit of u; J_u(x) turns with
-/// every switch i before u: dJ_u/dq_i = angular_i cross J_u. Within a ball the two orders differ: the mean is
-/// the second derivative along rotation vectors.
+/// Fills column u of the Hessian: the rows of its own switch `step` and of all switches before it, and the
+/// gradient's entry u. `carried` sums the points that u moves. A point x moves by
+/// J_u(x) = linear + angular cross x per unit of u. Every switch i before u rotates it:
+/// dJ_u/dq_i = angular_i cross J_u. For two axes i, u of one ball the derivative depends on their order; the
+/// mean of both orders is the second derivative by the ball's rotation vector.
 void MarkerFit::Work::fill_column(const PointSums& carried, std::size_t body, int step, int u) {
   struct Products {
     Vector3d force, moment, bend;  ///< of sum w J_u, of sum w x cross J_u, of sum w J_u cross r

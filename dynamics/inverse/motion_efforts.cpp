@@ -13,7 +13,8 @@ MotionEfforts::MotionEfforts(const System& system)
       efforts_(system),
       articulation_(system),
       carried_(system.bodies.size()),
-      needed_(system.size()) {}
+      generalised_(system.size()),
+      needed_(system.nv) {}
 
 const VectorXd& MotionEfforts::needed(const State& state, const VectorXd& a,
                                       const std::vector<SolidWrench>& wrenches) {
@@ -22,9 +23,8 @@ const VectorXd& MotionEfforts::needed(const State& state, const VectorXd& a,
 
 const VectorXd& MotionEfforts::needed(const Parameters& parameters, const State& state, const VectorXd& a,
                                       const std::vector<SolidWrench>& wrenches) {
-  needed_.resize(system_.size());
   inverse_dynamics<double>(system_, parameters, parameters.inertials, state.t, state.q.data(), state.v.data(),
-                           a.data(), kinematics_, efforts_, articulation_, needed_.data());
+                           a.data(), kinematics_, efforts_, articulation_, generalised_.data());
   if (!wrenches.empty()) {
     update_kinematics(system_, parameters, state.t, state.q.data(), nullptr, kinematics_);
     for (auto& wrench : carried_) wrench.setZero();
@@ -41,13 +41,13 @@ const VectorXd& MotionEfforts::needed(const Parameters& parameters, const State&
         for (int u = step.u; u < step.u + step.nv; ++u) {
           const Vector3d angular = kinematics_.angular(u);
           const Vector3d linear = kinematics_.linear(u) - angular.cross(kinematics_.origin(u));
-          needed_[u] -= angular.dot(moment) + linear.dot(force);
+          generalised_[u] -= angular.dot(moment) + linear.dot(force);
         }
       }
       carried_[std::size_t(body.parent)] += carried_[b];
     }
   }
-  needed_.conservativeResize(system_.nv);
+  needed_ = generalised_.head(system_.nv);
   return needed_;
 }
 

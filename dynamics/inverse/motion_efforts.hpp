@@ -16,7 +16,7 @@ struct SolidWrench {
   Eigen::Vector3d moment = Eigen::Vector3d::Zero();  ///< N m, about the point
 };
 
-/// Inverse dynamics instant after instant. Sized once for a system.
+/// Inverse dynamics instant after instant. Nothing is allocated after construction.
 class MotionEfforts {
  public:
   explicit MotionEfforts(const System& system);
@@ -36,7 +36,8 @@ class MotionEfforts {
   EffortSums efforts_;
   Articulation articulation_;
   std::vector<Eigen::Matrix<double, 6, 1>> carried_;  ///< per body: moment about the world's origin, force
-  Eigen::VectorXd needed_;
+  Eigen::VectorXd generalised_;                       ///< system.size(): of all switches, driven ones too
+  Eigen::VectorXd needed_;                            ///< nv: the free ones, which come first
 };
 
 }  // namespace borelli

@@ -3,21 +3,15 @@
 #include <fmt/format.h>
 
 #include "dynamics/inverse/low_pass.hpp"
+#include "dynamics/numbers/pose.hpp"
 
 namespace borelli {
 
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
-using Eigen::Vector4d;
 using Eigen::VectorXd;
 
 namespace {
-
-/// The vector part of the product conj(q) r of two quaternions (w, x, y, z).
-Vector3d vector_of_quotient(const Vector4d& q, const Vector4d& r) {
-  const Vector3d a = q.tail<3>(), b = r.tail<3>();
-  return q[0] * b - r[0] * a - a.cross(b);
-}
 
 /// A ball's quaternions, each with the sign that makes it nearest to the one before.
 void keep_signs(MatrixXd& q, Eigen::Index first) {
@@ -63,14 +57,15 @@ void RecordedMotion::at(double t, State& state, VectorXd& a) const {
     }
     // q = Q / |Q|; the angular velocity in the ball's own axes is w = 2 vec(conj(q) dq/dt), and its rate
     // 2 vec(conj(q) d2q/dt2), as conj(dq/dt) dq/dt has no vector part
-    const Vector4d Q = value.segment<4>(c.q_index), dQ = rate.segment<4>(c.q_index),
-                   ddQ = second.segment<4>(c.q_index);
+    const Quaternion Q = value.segment<4>(c.q_index), dQ = rate.segment<4>(c.q_index),
+                     ddQ = second.segment<4>(c.q_index);
     const double length = Q.norm(), stretch = Q.dot(dQ) / (length * length);
-    const Vector4d q = Q / length;
+    const Quaternion q = Q / length;
     state.q.segment<4>(c.q_index) = q;
-    const Vector3d spin = 2 * vector_of_quotient(q, dQ / length);
+    const Quaternion back = conjugate(q);
+    const Vector3d spin = 2 / length * product(back, dQ).tail<3>();
     state.v.segment<3>(c.v_index) = spin;
-    a.segment<3>(c.v_index) = 2 * vector_of_quotient(q, ddQ / length) - 2 * stretch * spin;
+    a.segment<3>(c.v_index) = 2 / length * product(back, ddQ).tail<3>() - 2 * stretch * spin;
   }
 }
 

@@ -17,10 +17,9 @@ struct RecordedPositions {
 
 class RecordedMotion {
  public:
-  /// Quintic splines through the positions, after a low-pass filter at `cutoff` (Hz; 0: none; low_pass.hpp).
-  /// The four numbers of a ball's quaternion are filtered and interpolated one by one and scaled to unit
-  /// length where they are read. Errors: as those of low_pass and QuinticSpline, and positions that do not
-  /// fit the system.
+  /// Filters the positions (low_pass.hpp; `cutoff` in Hz, 0: no filter) and puts natural quintic splines through
+  /// them. Each component of a ball's quaternion has its own spline; at() normalises the quaternion.
+  /// Errors: positions that are not nq wide; those of low_pass and QuinticSpline.
   static Result<RecordedMotion> of(const System& system, const RecordedPositions& positions, double cutoff);
 
   /// The state at t, and the accelerations a (nv). A ball's velocities are those of its own axes.

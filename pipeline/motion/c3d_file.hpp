@@ -50,19 +50,18 @@ struct C3dFile {
 
 /// Reads a file of Intel, DEC or MIPS processors, of integers or floating-point numbers.
 ///
-/// - A point is a gap, NaN, where its residual is negative, where a coordinate is not finite, and where a marker
-///   stands at exactly (0, 0, 0) without residual: some programs write gaps so.
+/// - A point is a gap (NaN) if its residual is negative, if a coordinate is not finite, or if a marker is at
+///   exactly (0, 0, 0) with residual 0, as some programs write gaps.
 /// - Points named in a group of POINT:TYPE_GROUPS, or in POINT:ANGLES, FORCES, MOMENTS, POWERS, SCALARS or
 ///   REACTIONS, are model outputs. MODELED_MARKERS stay markers.
-/// - Names: POINT:LABELS and its sequels; without the subject's prefix where the file has one subject; `point_7`
-///   where there is none; a second `A` is `A_2`.
-/// - up: POINT:Y_SCREEN, turned round if the markers then stand below the force plates; without it the plates'
-///   normal where that is an axis.
+/// - Names come from POINT:LABELS, LABELS2 and so on. The subject's prefix is dropped if the file has one subject.
+///   A point without a label is `point_7`; a second `A` is `A_2`.
+/// - `up` comes from POINT:Y_SCREEN; its sign is changed if the markers are then below the force plates. Without
+///   Y_SCREEN it is the plates' normal, if that is along an axis.
 /// - Analog: (number - OFFSET) * SCALE * GEN_SCALE; unsigned where ANALOG:FORMAT says so.
 /// - Counts, frames, scale: as c3d_layout. Forces: as measured_force.
-/// Errors about the file: it is no C3D (first the key byte 0x50, then the processor), cut short, a unit of length
-/// that is unknown, counts that do not fit in it. Nothing is allocated by a count before it is compared with the
-/// file's size.
+/// Errors: the file is no C3D (wrong key byte or processor), is cut short, has an unknown unit of length, or has
+/// counts that exceed its size. Counts are compared with the file's size before memory is allocated for them.
 Result<C3dFile> read_c3d(const std::filesystem::path& path);
 
 }  // namespace borelli

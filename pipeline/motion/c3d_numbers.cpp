@@ -9,7 +9,8 @@ namespace {
 
 std::uint32_t c3d_byte(const char* bytes, int i) { return static_cast<std::uint8_t>(bytes[i]); }
 
-// F_floating: sign, 8 bits of exponent (excess 128), 23 bits of fraction behind a hidden 1 worth one half.
+// VAX F_floating: 1 sign bit, 8 exponent bits e, 23 fraction bits f. The value is
+// (-1)^sign (1/2 + f / 2^24) 2^(e - 128). With e = 0 it is 0, or reserved if the sign is set.
 // Source: VAX Architecture Reference Manual, "Floating-point formats".
 float of_vax(std::uint32_t bits) {
   const int exponent = static_cast<int>(bits >> 23 & 0xff);

@@ -12,11 +12,12 @@
 
 namespace borelli {
 
-/// All plates of FORCE_PLATFORM:USED that have a type of 1 to 4, corners of a rectangle and channels of their own;
-/// a warning names each other one and the reason. `metres`: of one POINT:UNITS.
+/// The plates of FORCE_PLATFORM:USED with a type of 1 to 4, rectangular corners and channels of their own. Each
+/// plate that is left out gets a warning with the reason. `metres`: length of one POINT:UNITS, m.
 ///
-/// Units of the channels: N and N m as ANALOG:UNITS names them; where it names none of these, N and
-/// N x POINT:UNITS. Type 4 is multiplied by CAL_MATRIX, which is stored by columns and gives N and N x POINT:UNITS.
+/// Channels have the units of ANALOG:UNITS. Where these are missing or unknown, forces are in N, positions in
+/// POINT:UNITS and moments in N x POINT:UNITS. Channels of type 4 are multiplied by CAL_MATRIX (stored by
+/// columns), which gives N and N x POINT:UNITS.
 std::vector<ForcePlate> c3d_plates(const C3dParameters& parameters, const C3dLayout& layout,
                                    const std::vector<AnalogChannel>& analog, double metres,
                                    std::vector<std::string>& warnings);

@@ -1,4 +1,4 @@
-// Which foot stands on which force plate.
+// Assigns the loads of force plates to feet.
 #pragma once
 
 #include <string>
@@ -11,17 +11,17 @@
 namespace borelli {
 
 struct FootLoads {
-  std::vector<ExternalLoad> loads;  ///< per plate and foot that stood on it
+  std::vector<ExternalLoad> loads;  ///< one per plate and foot that stood on it
   std::vector<std::string> warnings;
 };
 
-/// The solids that are feet by their names: those with "calcn" or "calcaneus", else those with "foot".
+/// Names of the solids that are feet: those that contain "calcn" or "calcaneus", otherwise "foot".
 std::vector<std::string> feet_of(const System& system);
 
 /// Gives each stance on a plate (an unbroken load of at least 20 N) to the foot whose origin is nearest to the
-/// centre of pressure, on average over the stance. A stance farther than half a metre from every foot is left
-/// out; one that two feet share within 0.1 m of each other is told, since one plate cannot tell them apart.
-/// Forces are in the axes of the scene. Errors: no feet; a foot that the system does not have.
+/// centre of pressure on average. A stance more than 0.5 m from every foot is left out. If another foot is less
+/// than 0.1 m farther, a warning says so: one plate cannot separate them. Forces are in the scene's
+/// axes. Errors: no feet; a foot that the system does not have.
 Result<FootLoads> loads_on_feet(const System& system, const RecordedMotion& motion,
                                 const std::vector<MeasuredForce>& forces,
                                 const std::vector<std::string>& feet);

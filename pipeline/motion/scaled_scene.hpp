@@ -1,4 +1,4 @@
-// A scene with its solids made larger or smaller.
+// Scales the solids of a scene.
 #pragma once
 
 #include <string>
@@ -23,10 +23,11 @@ struct ScaledScene {
   std::vector<std::string> warnings;
 };
 
-/// Scales each solid about the origin of its frame by its factor (in the order of the scene's solids, above
-/// zero): inertias, shapes, markers and points of efforts and constraints. A joint's place in its parent, its
-/// guided translations and its screw's pitch grow with the parent; what stands behind its last moving switch grows with the
-/// solid. Positions of coordinates stay. Lengths of efforts and constraints stay, and are told.
+/// Scales each solid about its frame's origin: inertia, shapes, markers, points of efforts and constraints.
+/// `factors`: one per solid of the scene, in its order, above zero. A joint's place in its parent, its guided
+/// translations and its screw's pitch scale with the parent; fixed switches after its last moving one scale with
+/// the solid. Positions of coordinates do not change, nor do lengths in efforts and constraints: a warning names
+/// these.
 ScaledScene scaled(const Scene& scene, const std::vector<double>& factors, const MassScaling& masses);
 
 /// Sum of all masses, kg. Errors: as inertials_of.

@@ -1,4 +1,4 @@
-// Fits a model's sizes to a standing trial: factors of its segments, and places of its markers.
+// Fits a model to a standing trial: scale factors of its segments, places of its markers.
 #pragma once
 
 #include <optional>
@@ -13,8 +13,8 @@ namespace borelli {
 struct StaticFitRequest {
   bool per_segment = false;            ///< a factor for each solid; false: one for the whole model
   bool keep_masses = false;            ///< masses stay those of the model
-  std::optional<double> mass;          ///< kg, of the whole body; empty: as the volumes say
-  bool move_markers = true;            ///< put the model's markers where the trial shows them
+  std::optional<double> mass;          ///< kg, of the whole body; empty: masses scale with volume
+  bool move_markers = true;            ///< move the model's markers to their places in the trial
   Eigen::VectorXd rest_weights = {};   ///< as MarkerFitSettings::rest_weights
   double start = -1e300, end = 1e300;  ///< s, of the frames whose mean is taken
 };
@@ -33,11 +33,10 @@ MarkerMotion mean_frame(const MarkerMotion& trial, double start, double end);
 
 /// Factors s and pose q minimise
 ///   sum_m |x_m(q, s) - y_m|^2 / sigma^2 + sum_b (s_b - g)^2 / (10 %)^2
-/// over the markers that model and trial share, each at its mean place y_m. g is a factor of the whole body: a
-/// segment without enough markers follows the others. sigma is the root mean square of the markers' errors,
-/// at least 1 cm: where a model does not have the person's shape, its segments do not stretch to make up for it.
-/// Marker places are linear in s at a given pose, so least squares in s and fits of the pose (marker_fit.hpp)
-/// take turns until no factor changes by 1e-6. Errors: as fit_motion, fewer than three markers in the trial, a
+/// over the markers that model and trial share; y_m is the mean place of marker m. g is the whole body's factor,
+/// which segments with too few markers follow. sigma is the root mean square of the marker errors, at least
+/// 1 cm, so that segments do not stretch to hide a difference in shape. At a given pose marker places are linear
+/// in s: least squares in s and pose fits (marker_fit.hpp) alternate until no factor changes by 1e-6. Errors: as fit_motion, fewer than three markers in the trial, a
 /// factor that is not between 0.2 and 5.
 Result<StaticFit> fit_static(const Scene& scene, const MarkerMotion& trial, const StaticFitRequest& request);
 

@@ -6,7 +6,7 @@
 namespace borelli::test {
 namespace {
 
-TEST(LocalCoordinates, RateMovesPositionsByTheVelocities) {
+TEST(LocalCoordinates, RateReproducesTheVelocities) {
   const System system = compiled(random_tree(2, {.balls = true}));
   Random random(8);
   const State state = random.state(system);

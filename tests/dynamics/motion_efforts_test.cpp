@@ -1,6 +1,7 @@
 // Inverse dynamics under measured forces, against the scene's own forces and against forward dynamics.
 #include "dynamics/inverse/motion_efforts.hpp"
 
+#include "allocation_count.hpp"
 #include "dynamics/equations/evaluate.hpp"
 #include "random_scene.hpp"
 
@@ -40,6 +41,21 @@ TEST(MotionEfforts, WrenchesActLikeForcesOfTheScene) {
     MotionEfforts own(with);
     EXPECT_LT((measured - own.needed(state, a, {})).norm(), 1e-11 * (1 + measured.norm()));
   }
+}
+
+TEST(MotionEfforts, AllocateNothingAfterConstruction) {
+#ifdef BORELLI_COUNTS_ALLOCATIONS
+  const System system = compiled(random_tree(1, {.balls = true, .drives = true}));
+  ASSERT_GT(system.size(), system.nv);
+  Random random(71);
+  const State state = random.state(system);
+  const Eigen::VectorXd a = Eigen::VectorXd::Zero(system.nv);
+  const std::vector<SolidWrench> push{{1, {1, 2, 3}, {0.1, 0.2, 0.3}, {3, 2, 1}}};
+  MotionEfforts efforts(system);
+  const long before = allocation_count;
+  for (int i = 0; i < 3; ++i) efforts.needed(state, a, push);
+  EXPECT_EQ(allocation_count, before);
+#endif
 }
 
 }  // namespace

@@ -33,7 +33,7 @@ LabelMap moved(const LabelMap& labels, std::int64_t by_x, std::int64_t by_z) {
   return to;
 }
 
-TEST(Belonging, AirInALabelMapMeasuresItsDisplacement) {
+TEST(Belonging, DisplacedLabelsAreDoubtedByTheAirTheyHold) {
   const Scan scan = scan_of(4);
   const LabelsInAir sound = labels_in_air(scan.grey, scan.labels);
   EXPECT_TRUE(sound.doubtful.empty());  // lungs and gut are of the body

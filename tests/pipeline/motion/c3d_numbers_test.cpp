@@ -51,7 +51,7 @@ TEST(C3dNumbers, VaxNumbersAreThoseOfPublishedBytes) {
   EXPECT_TRUE(std::isnan(c3d_real(raw({0, 0x80, 0, 0}).data(), C3dProcessor::dec)));  // reserved operand
 }
 
-TEST(C3dNumbers, IeeeNumbersAreThoseOfThisMachine) {
+TEST(C3dNumbers, ReadsIeeeFloatsInBothByteOrders) {
   for (const float value :
        {0.0F, 1.0F, -2.5F, 3.14159F, 1e-38F, -3e38F, std::numeric_limits<float>::infinity()}) {
     const auto bits = std::bit_cast<std::uint32_t>(value);

@@ -65,7 +65,7 @@ TEST_F(C3dRecording, StandingTrialHoldsWhatAnotherReaderFinds) {
   EXPECT_EQ(file.analog[0].name, "Force.Fx1");
   EXPECT_NEAR(file.analog.back().values.tail(1)[0], -0.005175106227397919, 1e-12);
   ASSERT_EQ(file.forces.size(), 4);
-  for (const MeasuredForce& force : file.forces)  // the subject stands beside the stair: noise alone
+  for (const MeasuredForce& force : file.forces)  // unloaded plates: the subject stands beside the stair
     EXPECT_LT(std::abs(force.force.row(2).mean()), 5) << force.name;
   EXPECT_TRUE(test::has_warning(file.warnings, "ORIGIN of force plate 1 has the wrong sign"));
 }
