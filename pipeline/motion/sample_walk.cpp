@@ -25,10 +25,14 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr int cycle_samples = 100;
-constexpr int walk_harmonics = 14;
+constexpr int walk_harmonics = 8;
 constexpr int pendulum_rounds = 8;
+constexpr double pendulum_step = 0.6;  // of the correction, so that the rounds converge
+// m, by which the hips are lower than the angles say: a leg that must stretch to its end jerks
+constexpr double knee_room = 0.03;
 constexpr double pose_arm = 0.1;  // m, of the points that hold a solid's pose
-constexpr double foot_weight = 3000, pelvis_weight = 30, leg_weight = 0.1;
+constexpr double foot_weight = 3000, pelvis_weight = 300;
+constexpr double leg_weight = 1;
 constexpr double degree = std::numbers::pi / 180;
 
 /// Turns the coordinates of a solid's joint.
@@ -113,17 +117,17 @@ class WalkMaker {
 
   /// The smooth cycle, #cycle_samples by nq.
   Result<MatrixXd> cycle() {
-    MatrixXd root = root_way();
-    MatrixXd q(cycle_samples, system_->nq);
-    for (int i = 0; i < cycle_samples; ++i)
-      q.row(i) = published_posture(*system_, double(i) / cycle_samples).transpose();
+    MatrixXd root = root_way(), q(cycle_samples, system_->nq), best;
+    double least = std::numeric_limits<double>::infinity();
     for (int round = 0; round < pendulum_rounds; ++round) {
       for (int i = 0; i < cycle_samples; ++i)
         if (auto done = fit_legs(i, root.row(i).transpose(), q); !done) return tl::unexpected(done.error());
       q = smoothed(q);
-      if (round + 1 < pendulum_rounds) root.leftCols<2>() -= sway(pressure_error(q));
+      const MatrixXd error = pressure_error(q);
+      if (const double worst = error.cwiseAbs().maxCoeff(); worst < least) least = worst, best = q;
+      root.leftCols<2>() -= pendulum_step * sway(error);
     }
-    return q;
+    return best;
   }
 
   VectorXd positions(const PeriodicSeries& series, double t) const {
@@ -198,7 +202,7 @@ class WalkMaker {
     }
     out.leftCols<2>() = sway(pressures);
     const PeriodicSeries rise(heights, 2);  // two peaks a cycle
-    for (int i = 0; i < cycle_samples; ++i) out(i, 2) = rise.at(double(i) / cycle_samples)[0];
+    for (int i = 0; i < cycle_samples; ++i) out(i, 2) = rise.at(double(i) / cycle_samples)[0] - knee_room;
     return out;
   }
 

@@ -30,7 +30,7 @@ struct SampleWalkOptions {
   double duration = 2.4;    ///< s
   double rate = 100;        ///< Hz
   double speed = 1.2;       ///< m/s
-  double cadence = 105;     ///< steps a minute
+  double cadence = 110;     ///< steps a minute
   double step_width = 0.1;  ///< m, between the heels
   double marker_noise = 0;  ///< m, standard deviation per coordinate
   std::uint64_t seed = 1;   ///< of the noise

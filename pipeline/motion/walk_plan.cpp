@@ -19,7 +19,8 @@ namespace {
 constexpr double double_support = stance_share - 0.5;
 constexpr double flat_from = 0.10, flat_to = 0.33;          // the foot lies flat
 constexpr double landing_from = 0.04, heel_free_at = 0.45;  // outside of them its pitch is the published one
-constexpr double roll_from = 0.03, roll_to = 0.42;          // the centre of pressure goes forwards
+constexpr double roll_from = 0, roll_to = 0.25;             // the centre of pressure goes forwards
+constexpr double swing_delay = 1.3;                         // > 1: the foot is fastest late in the swing
 constexpr double swing_height = 0.11;                       // m, of the leading point
 
 /// Phase within the cycle, and how many have passed.
@@ -76,7 +77,7 @@ Pose planned_foot(const WalkingFoot& foot, const WalkTiming& timing, double cycl
   Vector3d leader_S = pitch >= 0 ? foot.heel : foot.front;
   Vector3d leader = standing_point(foot, timing, phase.whole, leader_S);
   if (swing > 0) {
-    const double done = smooth_step(swing);
+    const double done = smooth_step(std::pow(swing, swing_delay));
     leader_S = foot.front + done * (foot.heel - foot.front);
     const Vector3d next = standing_point(foot, timing, phase.whole + 1, foot.heel);
     leader = front + done * (next - front);

@@ -21,8 +21,8 @@ struct WalkingFoot {
 };
 
 struct WalkTiming {
-  double speed = 1.2;     ///< m/s
-  double cycle = 8 / 7.;  ///< s, from heel strike to heel strike of the same foot
+  double speed = 1.2;       ///< m/s
+  double cycle = 12 / 11.;  ///< s, from heel strike to heel strike of the same foot
   double stride() const { return speed * cycle; }
 };
 
