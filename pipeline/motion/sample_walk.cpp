@@ -25,11 +25,11 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr int cycle_samples = 100;
-constexpr int walk_harmonics = 8;
+constexpr int walk_harmonics = 9;
 constexpr int pendulum_rounds = 8;
 constexpr double pendulum_step = 0.6;  // of the correction, so that the rounds converge
 // m, by which the hips are lower than the angles say: a leg that must stretch to its end jerks
-constexpr double knee_room = 0.03;
+constexpr double knee_room = 0.04;
 constexpr double pose_arm = 0.1;  // m, of the points that hold a solid's pose
 constexpr double foot_weight = 3000, pelvis_weight = 300;
 constexpr double leg_weight = 1;

@@ -17,11 +17,11 @@ namespace {
 
 // shares of the cycle
 constexpr double double_support = stance_share - 0.5;
-constexpr double flat_from = 0.10, flat_to = 0.33;          // the foot lies flat
-constexpr double landing_from = 0.04, heel_free_at = 0.45;  // outside of them its pitch is the published one
-constexpr double roll_from = 0, roll_to = 0.25;             // the centre of pressure goes forwards
-constexpr double swing_delay = 1.3;                         // > 1: the foot is fastest late in the swing
-constexpr double swing_height = 0.11;                       // m, of the leading point
+constexpr double flat_from = 0.12, flat_to = 0.33;       // the foot lies flat
+constexpr double landing_from = 0, heel_free_at = 0.45;  // outside of them its pitch is the published one
+constexpr double roll_from = 0, roll_to = 0.25;          // the centre of pressure goes forwards
+constexpr double swing_delay = 1.3;                      // > 1: the foot is fastest late in the swing
+constexpr double swing_height = 0.11;                    // m, of the leading point
 
 /// Phase within the cycle, and how many have passed.
 struct Phase {
