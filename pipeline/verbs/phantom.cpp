@@ -1,7 +1,8 @@
 // borelli phantom -o phantom.nii.gz: the sample body as a scan, with its exact inertia table.
 //
 // Beside NAME.nii.gz (or .nrrd, .mha) it writes NAME_labels.* with its names, NAME_table.json and .csv (exact
-// mass, gravity centre and tensor of each segment) and NAME_landmarks.json (exact joint centres).
+// mass, gravity centre and tensor of each segment) and NAME_landmarks.json (exact joint centres). With --walk
+// WALK also a made-up motion capture of the body: WALK.trc, WALK_grf.mot and WALK_moments.sto.
 #include <fmt/core.h>
 
 #include <array>
@@ -11,7 +12,12 @@
 #include "inertia/table_file.hpp"
 #include "pipeline/body/segment_rows.hpp"
 #include "pipeline/body/segmentation_files.hpp"
+#include "pipeline/body/skeleton.hpp"
 #include "pipeline/files/whole_file.hpp"
+#include "pipeline/motion/motion_table_file.hpp"
+#include "pipeline/motion/sample_walk.hpp"
+#include "pipeline/motion/trc_file.hpp"
+#include "pipeline/motion/walk_markers.hpp"
 #include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "process/memory.hpp"
@@ -26,7 +32,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct PhantomAsked {
-  std::string output, sex = "male";
+  std::string output, sex = "male", walk;
   std::vector<std::string> pose;
   std::vector<double> spacing{3}, rotation_deg{0, 0, 0}, offset{0, 0, 0}, crop;
   bool seed_chosen = false, sex_chosen = false;
@@ -58,6 +64,8 @@ Result<void> settle(PhantomAsked& asked) {
         "has no effect with --child: a six-year-old has the same proportions as girl and boy; leave it out");
   if (asked.scan.streaks_hu > 0 && asked.body.metal_hip.empty())
     return bad_use("--streaks", "needs metal; add --metal-hip");
+  if (!asked.walk.empty() && !asked.pose.empty())
+    return bad_use("--walk", "starts from the standing body; leave out --pose");
   if (!asked.crop.empty())
     for (int c = 0; c < 3; ++c) {
       asked.grid.crop_low[c] = asked.crop[static_cast<std::size_t>(2 * c)];
@@ -154,6 +162,33 @@ void print(const Phantom& phantom, const Grid& grid, const Written& files) {
     fmt::print("{}\n", path);
 }
 
+/// Writes the walk's markers, ground forces and joint moments.
+Result<void> write_walk(const std::string& stem, const Phantom& phantom, const Command& command) {
+  PartInertials inertials;
+  for (std::size_t label = 1; label < parts.size(); ++label)
+    inertials[std::string(parts[label].name)] = phantom.exact[label];
+  const auto skeleton = build_skeleton(inertials, phantom.landmarks, {.leap = std::nullopt});
+  if (!skeleton) return tl::unexpected(skeleton.error());
+  const auto markers = walk_markers(skeleton->scene, phantom.landmarks);
+  if (!markers) return tl::unexpected(markers.error());
+  const auto walk = sample_walk(skeleton->scene, *markers, standing_soles(phantom.landmarks));
+  if (!walk) return tl::unexpected(walk.error());
+  for (const std::string& warning : walk->warnings) command.warn(warning);
+  const auto system = compile(skeleton->scene);
+  if (!system) return tl::unexpected(system.error());
+  TrcFile trc;
+  trc.motion = in_opensim_axes(walk->markers);
+  if (auto done = write_whole(stem + ".trc", [&](const fs::path& p) { return write_trc(trc, p); }); !done)
+    return done;
+  for (const auto& [ending, table] : {std::pair{"_grf.mot", force_table_of(walk->loads)},
+                                      std::pair{"_moments.sto", effort_table_of(*system, walk->efforts)}})
+    if (auto done =
+            write_whole(stem + ending, [&](const fs::path& p) { return write_motion_table(table, p); });
+        !done)
+      return done;
+  return {};
+}
+
 Result<nlohmann::json> work(PhantomAsked asked, const Command& command) {
   if (const auto settled = settle(asked); !settled) return tl::unexpected(settled.error());
   const auto files = names_of(asked.output);
@@ -171,6 +206,9 @@ Result<nlohmann::json> work(PhantomAsked asked, const Command& command) {
   const InertiaTable table = exact_table(*phantom, asked);
   if (auto written = write_all(*files, *phantom, scan, table); !written)
     return tl::unexpected(written.error());
+  if (!asked.walk.empty())
+    if (auto written = write_walk(asked.walk, *phantom, command); !written)
+      return tl::unexpected(written.error());
   if (!command.json) print(*phantom, grid, *files);
   nlohmann::json overlap = nlohmann::json::object();
   for (std::size_t label = 1; label < parts.size(); ++label) {
@@ -220,6 +258,10 @@ void add_phantom(CLI::App& program, Command& command) {
                    "Joint angle in degrees, e.g. knee_left_flexion=30; may be repeated. Right joints take "
                    "the same angles: " +
                        angles_for_help());
+  verb->add_option(
+      "--walk", asked->walk,
+      "Also write a made-up motion capture of the body walking: WALK.trc (markers), WALK_grf.mot "
+      "(ground forces) and WALK_moments.sto (the exact joint moments)");
   verb->add_option("--density-curve", asked->body.density_curve,
                    "Density curve that gives the tissues their densities, by name")
       ->capture_default_str();
