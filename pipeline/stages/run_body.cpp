@@ -266,6 +266,11 @@ Result<json> write_page(RunData& data, const json& record) {
   if (!table) return tl::unexpected(table.error());
   const auto body = read_input_file(data.file("body.glb"), any_size);
   if (!body) return tl::unexpected(body.error());
+  if (!data.settings.captured.motion.empty()) {
+    auto efforts = read_object(data.file("motion/efforts.json"));
+    if (!efforts) return tl::unexpected(efforts.error());
+    page->efforts = std::move(*efforts);
+  }
   page->subject = data.settings.subject;
   page->table = std::move(*table);
   page->trajectory = *trajectory;

@@ -132,6 +132,8 @@ Result<void> read_folder(const ReportAsked& asked, const Command& command, Found
     done = keep(found.landmarks, read_landmarks((folder / "segmentation/landmarks.json").string()));
   if (done && there("motion/trajectory.h5"))
     done = keep(found.motion, read_trajectory(folder / "motion/trajectory.h5"));
+  if (done && there("motion/efforts.json"))
+    done = keep(inputs.efforts, json_if_there(folder / "motion/efforts.json", {{"source", ""}}));
   if (done && there("body.glb")) done = keep(found.glb, read_glb(folder / "body.glb"));
   if (done) done = find_scan(asked, command, found);
   if (!done) return done;
