@@ -8,6 +8,7 @@
 
 #include "error/printable.hpp"
 #include "pipeline/motion/solid_poses.hpp"
+#include "segmentation/files/header_text.hpp"
 
 namespace borelli {
 
@@ -68,19 +69,14 @@ class FootDistances {
   Eigen::VectorXd a_;
 };
 
-bool contains(std::string name, const char* part) {
-  std::transform(name.begin(), name.end(), name.begin(),
-                 [](unsigned char c) { return char(std::tolower(c)); });
-  return name.find(part) != std::string::npos;
-}
-
 }  // namespace
 
 std::vector<std::string> feet_of(const System& system) {
   for (const std::vector<const char*>& parts : {std::vector{"calcn", "calcaneus"}, std::vector{"foot"}}) {
     std::vector<std::string> out;
     for (const std::string& solid : system.solids)
-      if (std::any_of(parts.begin(), parts.end(), [&](const char* part) { return contains(solid, part); }))
+      if (std::any_of(parts.begin(), parts.end(),
+                      [&](const char* part) { return lower_case(solid).find(part) != std::string::npos; }))
         out.push_back(solid);
     if (!out.empty()) return out;
   }

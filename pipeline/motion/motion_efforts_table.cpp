@@ -42,11 +42,11 @@ struct ActingLoad {
 
 Result<int> solid_named(const System& system, const std::string& name, const std::string& load) {
   if (name.empty() || name == "ground" || name == world_name) return -1;
-  const auto found = std::find(system.solids.begin(), system.solids.end(), name);
-  if (found == system.solids.end())
+  const int solid = solid_index(system, name);
+  if (solid < 0)
     return bad_use(fmt::format("external load '{}'", printable(load)),
                    fmt::format("the model has no body named '{}'", printable(name)));
-  return int(found - system.solids.begin());
+  return solid;
 }
 
 Result<std::vector<ActingLoad>> acting_loads(const System& system, const std::vector<ExternalLoad>& loads) {
