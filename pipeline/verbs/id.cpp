@@ -112,7 +112,8 @@ void print_answer(const IdOptions& o, const System& system, const RecordedEffort
       fmt::print(", {:.1f} % of the peak force", 100 * r.peak / efforts.peak_force);
     fmt::print("\n");
   }
-  if (!o.out.empty()) fmt::print("wrote {}\n", o.out);
+  for (const std::string& file : {o.out, o.powers})
+    if (!file.empty()) fmt::print("wrote {}\n", file);
 }
 
 Result<void> write_table(const MotionTable& table, const std::string& path) {

@@ -135,7 +135,8 @@ Result<json> work(IkOptions o, const Command& command) {
                  answer["marker_error_max"]["time"].get<double>());
     fmt::print("\n{:.3f} ms and {:.1f} iterations a frame\n", answer["milliseconds_per_frame"].get<double>(),
                answer["iterations_per_frame"].get<double>());
-    if (!o.out.empty()) fmt::print("wrote {}\n", o.out);
+    for (const std::string& file : {o.out, o.errors})
+      if (!file.empty()) fmt::print("wrote {}\n", file);
   }
   return answer;
 }
