@@ -17,6 +17,8 @@
 
 namespace borelli {
 
+struct Skin;  // skin.hpp
+
 /// X_WS of the solids in the scan's pose, by name. The meshes' points are given in the world in this pose.
 using ScanPoses = std::map<std::string, Pose, std::less<>>;
 

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <mutex>
 #include <new>
 #include <numeric>
@@ -164,7 +165,8 @@ Mesh to_mesh(const TriangleSurface& surface, const std::string& name) {
 // The surface encloses `volume`, mm^3.
 template <class Inside>
 TriangleSurface surface_within(const VtkFunctions& vtk, const LabelMap& labels, const Inside& inside,
-                               const VoxelBox& box, double volume, double tolerance_mm) {
+                               const VoxelBox& box, double volume, double tolerance_mm,
+                               double longest_edge_mm) {
   const Grid& grid = labels.grid;
   Shares shares = shares_of(labels, inside, box, blocks_for(grid, tolerance_mm));
   // half a voxel: the resolution of the labels
@@ -172,7 +174,7 @@ TriangleSurface surface_within(const VtkFunctions& vtk, const LabelMap& labels, 
   TriangleSurface surface = placed(vtk.smooth_surface(shares.voxels, shares.size), shares, grid);
   restore_volume(surface, volume, most);
   if (tolerance_mm > 0) {
-    surface = decimate(surface, tolerance_mm);
+    surface = decimate(surface, tolerance_mm, longest_edge_mm);
     restore_volume(surface, volume, most);
   }
   return surface;
@@ -180,17 +182,19 @@ TriangleSurface surface_within(const VtkFunctions& vtk, const LabelMap& labels, 
 
 template <class Inside>
 TriangleSurface finest_needed(const VtkFunctions& vtk, const LabelMap& labels, const Inside& inside,
-                              const VoxelBox& box, double volume, double tolerance) {
+                              const VoxelBox& box, double volume, double tolerance,
+                              double longest_edge = std::numeric_limits<double>::infinity()) {
   const double finest = 0.05 * labels.grid.spacing().minCoeff();  // mm
   double across = 0;                                              // mm, twice the diagonal of the part's box
   for (int c = 0; c < 3; ++c)
     across += 2 * labels.grid.axes.col(c).norm() * static_cast<double>(box.last[c] - box.first[c] + 1);
   double tolerance_mm = std::min(1e3 * tolerance, across);
-  TriangleSurface surface = surface_within(vtk, labels, inside, box, volume, tolerance_mm);
+  TriangleSurface surface =
+      surface_within(vtk, labels, inside, box, volume, tolerance_mm, 1e3 * longest_edge);
   // parts thinner than the tolerance would lose their shape
   while (tolerance_mm > 0 && std::abs(volume_of(surface) / volume - 1) > largest_loss) {
     tolerance_mm = tolerance_mm > finest ? tolerance_mm / 2 : 0;
-    surface = surface_within(vtk, labels, inside, box, volume, tolerance_mm);
+    surface = surface_within(vtk, labels, inside, box, volume, tolerance_mm, 1e3 * longest_edge);
   }
   return surface;
 }
@@ -277,7 +281,8 @@ Result<std::vector<Mesh>> part_meshes(const LabelMap& labels, const MeshOptions&
   return meshes;
 }
 
-Result<Mesh> body_mesh(const LabelMap& labels, double volume, const std::string& name, double tolerance) {
+Result<Mesh> body_mesh(const LabelMap& labels, double volume, const std::string& name, double tolerance,
+                       double longest_edge) {
   const auto vtk = on_demand<VtkFunctions>();
   if (!vtk) return tl::unexpected(vtk.error());
   const VoxelBox box = around_all(boxes_of(labels));
@@ -288,7 +293,8 @@ Result<Mesh> body_mesh(const LabelMap& labels, double volume, const std::string&
       !fits)
     return tl::unexpected(fits.error());
   try {
-    return to_mesh(finest_needed(**vtk, labels, AnyLabel{}, box, 1e9 * volume, tolerance), name);
+    return to_mesh(finest_needed(**vtk, labels, AnyLabel{}, box, 1e9 * volume, tolerance, longest_edge),
+                   name);
   } catch (const std::bad_alloc&) {
     return out_of_memory(name, "building the triangles (a coarser grid has fewer)");
   }

@@ -43,8 +43,10 @@ struct MeshOptions {
 Result<std::vector<Mesh>> part_meshes(const LabelMap& labels, const MeshOptions& options = {});
 
 /// One surface, of this name, of all voxels that have a label; it encloses `volume`, m^3, as part_meshes'
-/// surfaces do. `tolerance`: MeshOptions::tolerance. Errors: no voxel has a label.
-Result<Mesh> body_mesh(const LabelMap& labels, double volume, const std::string& name, double tolerance);
+/// surfaces do. `tolerance`: MeshOptions::tolerance. Decimation leaves no edge longer than `longest_edge`, m.
+/// Errors: no voxel has a label.
+Result<Mesh> body_mesh(const LabelMap& labels, double volume, const std::string& name, double tolerance,
+                       double longest_edge);
 
 /// Volume that a closed mesh encloses, m^3; negative where its triangles face inwards.
 double enclosed_volume(const Mesh& mesh);
