@@ -1,6 +1,6 @@
 // The body as one closed skin that bends with its parts: rest mesh, bones, weights.
 //
-// A viewer moves each point by linear blending (glTF 2.0, section 3.7.3.3): p = sum_b w_b X_WB X_BW(rest) p.
+// A viewer moves each point by linear blending (glTF 2.0, section 3.7.3): p = sum_b w_b X_WB X_BW(rest) p.
 // Blending two poses a rotation of theta apart leaves cos(theta / 2) of a limb's radius, so bones stand
 // between a part and its parent that take shares of the joint's rotation. With n intervals cos(theta / 2n) is
 // left. The rotation is split into twist about the segment's axis and swing (skin_pose.hpp). The swing is
