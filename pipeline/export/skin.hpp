@@ -41,7 +41,7 @@ std::vector<SkinJoint> skin_joints(const LabelMap& labels, const Landmarks& land
 struct SkinOptions {
   double tolerance = 0.001;  ///< of the mesh, m: MeshOptions::tolerance
   int helpers = 3;           ///< bones between a part and its parent, for the swing and for the twist
-  double step = 0.003;  ///< of the grid that ways through the flesh follow, m; never finer than the labels
+  double step = 0.004;  ///< of the grid that ways through the flesh follow, m; never finer than the labels
   int threads = 0;      ///< 0: as many as the machine has; the skin does not depend on it
 };
 

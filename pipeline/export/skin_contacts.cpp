@@ -1,5 +1,6 @@
 #include "pipeline/export/skin_contacts.hpp"
 
+#include <algorithm>
 #include <array>
 #include <utility>
 
@@ -18,6 +19,29 @@ std::vector<std::array<std::int64_t, 3>> forward_steps() {
   std::vector<std::array<std::int64_t, 3>> steps;
   for (int s = 14; s < 27; ++s) steps.push_back({s % 3 - 1, s / 3 % 3 - 1, s / 9 - 1});
   return steps;
+}
+
+/// Whether, within 10 mm of a voxel, lies a part that flesh joins to both a and b there: where three cuts meet,
+/// as those of neck and shoulder do, their outer parts share a strip of border.
+bool third_joins(const Volume<std::uint8_t>& body, const std::vector<SkinPart>& parts, std::size_t a,
+                 std::size_t b, const std::array<std::int64_t, 3>& at) {
+  const Grid& g = body.grid;
+  const Eigen::Vector3d spacing = g.spacing();
+  std::array<std::int64_t, 3> first{}, last{};
+  for (std::size_t c = 0; c < 3; ++c) {
+    const auto reach = static_cast<std::int64_t>(10 / spacing[static_cast<int>(c)]);
+    first[c] = std::max<std::int64_t>(0, at[c] - reach);
+    last[c] = std::min(g.size[c] - 1, at[c] + reach);
+  }
+  for (std::int64_t k = first[2]; k <= last[2]; ++k)
+    for (std::int64_t j = first[1]; j <= last[1]; ++j)
+      for (std::int64_t i = first[0]; i <= last[0]; ++i) {
+        const std::uint8_t value = body.at(i, j, k);
+        if (value == 0 || value - 1U == a || value - 1U == b) continue;
+        const Eigen::Vector3d p = 1e-3 * g.point(i, j, k);
+        if (flesh_joins(parts, value - 1U, a, p) && flesh_joins(parts, value - 1U, b, p)) return true;
+      }
+  return false;
 }
 
 }  // namespace
@@ -51,7 +75,8 @@ void open_contacts(Volume<std::uint8_t>& body, const std::vector<SkinPart>& part
           if (there == here || there == 0) continue;
           const Eigen::Vector3d between = (Eigen::Vector3d(double(i), double(j), double(k)) +
                                            0.5 * Eigen::Vector3d(double(s[0]), double(s[1]), double(s[2])));
-          if (!flesh_joins(parts, here - 1U, there - 1U, 1e-3 * g.point(between)))
+          if (!flesh_joins(parts, here - 1U, there - 1U, 1e-3 * g.point(between)) &&
+              !third_joins(body, parts, here - 1U, there - 1U, {i, j, k}))
             closed.push_back(std::pair(voxels[here], here) > std::pair(voxels[there], there) ? at : beside);
         }
       }

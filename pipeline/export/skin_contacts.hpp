@@ -15,8 +15,8 @@ bool flesh_joins(const std::vector<SkinPart>& parts, std::size_t a, std::size_t 
                  const Eigen::Vector3d& p_W);
 
 /// Opens a gap of one voxel between parts that touch without a joint: sets these voxels of the larger part to
-/// 0. `body`: voxels are part indices + 1, 0 is air. Afterwards no voxel has such a part among its 26
-/// neighbours.
+/// 0. `body`: voxels are part indices + 1, 0 is air. Within 10 mm of a third part that has joints with both
+/// nothing is opened: three cuts meet there.
 void open_contacts(Volume<std::uint8_t>& body, const std::vector<SkinPart>& parts);
 
 }  // namespace borelli
