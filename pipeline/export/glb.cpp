@@ -201,9 +201,9 @@ void place(tinygltf::Node& node, const Track& track) {
 }
 
 /// The times of a trajectory's kept samples, and the channels over them.
-class Motion {
+class Tracks {
  public:
-  Motion(Buffer& buffer, const Trajectory& trajectory, const GlbSettings& settings)
+  Tracks(Buffer& buffer, const Trajectory& trajectory, const GlbSettings& settings)
       : buffer_(buffer),
         trajectory_(trajectory),
         kept_(kept_samples(trajectory.times, settings.samples_per_second)) {
@@ -279,30 +279,30 @@ bool varies(const std::vector<float>& numbers, std::size_t components) {
 int parent_bone(const Skin& skin, std::size_t bone) { return skin.parts[skin.bones[bone].part].parent; }
 
 /// Adds a node for each bone below the first node, node 1 + b for bone b, and their motion.
-void add_bones(tinygltf::Model& model, const Skin& skin, const Trajectory& trajectory, Motion& motion) {
-  std::vector<Track> tracks(skin.bones.size());
+void add_bones(tinygltf::Model& model, const Skin& skin, const Trajectory& trajectory, Tracks& tracks) {
+  std::vector<Track> of_bone(skin.bones.size());
   const auto append = [&](const ScanPoses& X_WS) {
     const std::vector<Pose> X_WB = bone_poses(skin, X_WS);
     for (std::size_t b = 0; b < X_WB.size(); ++b) {
       const int parent = parent_bone(skin, b);
-      tracks[b].append(parent < 0 ? X_WB[b] : X_WB[static_cast<std::size_t>(parent)].inverse() * X_WB[b]);
+      of_bone[b].append(parent < 0 ? X_WB[b] : X_WB[static_cast<std::size_t>(parent)].inverse() * X_WB[b]);
     }
   };
-  for (const std::size_t i : motion.kept()) {
+  for (const std::size_t i : tracks.kept()) {
     ScanPoses X_WS;
     for (std::size_t s = 0; s < trajectory.solids.size(); ++s)
       X_WS[trajectory.solids[s]] = trajectory.pose(i, s);
     append(X_WS);
   }
-  if (motion.kept().empty()) append({});
+  if (tracks.kept().empty()) append({});
   for (std::size_t b = 0; b < skin.bones.size(); ++b) {
     tinygltf::Node node;
     node.name = skin.bones[b].name;
-    place(node, tracks[b]);
+    place(node, of_bone[b]);
     const int index = static_cast<int>(model.nodes.size());
     model.nodes.push_back(std::move(node));
     model.nodes[static_cast<std::size_t>(parent_bone(skin, b) + 1)].children.push_back(index);
-    motion.add(index, tracks[b], varies(tracks[b].translations, 3), varies(tracks[b].rotations, 4));
+    tracks.add(index, of_bone[b], varies(of_bone[b].translations, 3), varies(of_bone[b].rotations, 4));
   }
 }
 
@@ -364,17 +364,17 @@ Result<std::string> glb(const std::vector<Mesh>& meshes, const ScanPoses& X_WS_s
   if (const auto checked = check(meshes); !checked) return tl::unexpected(checked.error());
   tinygltf::Model model = document();
   Buffer buffer(model);
-  Motion motion(buffer, trajectory, settings);
+  Tracks tracks(buffer, trajectory, settings);
   for (const Mesh& mesh : meshes) {
     const auto scan = X_WS_scan.find(mesh.name);
     const auto solid = std::ranges::find(trajectory.solids, mesh.name);
     const bool has_solid =
-        scan != X_WS_scan.end() && solid != trajectory.solids.end() && !motion.kept().empty();
+        scan != X_WS_scan.end() && solid != trajectory.solids.end() && !tracks.kept().empty();
     const Pose X_WS = scan != X_WS_scan.end() ? scan->second : Pose{};
 
     Track track;
     if (!has_solid) track.append(X_WS);
-    for (const std::size_t i : has_solid ? motion.kept() : std::vector<std::size_t>{})
+    for (const std::size_t i : has_solid ? tracks.kept() : std::vector<std::size_t>{})
       track.append(trajectory.pose(i, static_cast<std::size_t>(solid - trajectory.solids.begin())));
 
     tinygltf::Node node;
@@ -384,11 +384,11 @@ Result<std::string> glb(const std::vector<Mesh>& meshes, const ScanPoses& X_WS_s
                          colour != settings.colours.end() ? colour->second : part_colour(mesh.name));
     place(node, track);
     const int index = static_cast<int>(model.nodes.size());
-    if (has_solid) motion.add(index, track);
+    if (has_solid) tracks.add(index, track);
     model.nodes.front().children.push_back(index);
     model.nodes.push_back(std::move(node));
   }
-  motion.add_to(model);
+  tracks.add_to(model);
   add_scene(model, settings.title, {0});
   return written(model);
 }
@@ -400,8 +400,8 @@ Result<std::string> glb(const Skin& skin, const Trajectory& trajectory, const Gl
     return failure("skin", fmt::format("{} of its {} points have weights", skin.weights.size(), points));
   tinygltf::Model model = document();
   Buffer buffer(model);
-  Motion motion(buffer, trajectory, settings);
-  add_bones(model, skin, trajectory, motion);
+  Tracks tracks(buffer, trajectory, settings);
+  add_bones(model, skin, trajectory, tracks);
 
   const auto colour = settings.colours.find(skin.mesh.name);
   tinygltf::Node node;  // a viewer ignores its pose and parents; glTF asks for none
@@ -411,7 +411,7 @@ Result<std::string> glb(const Skin& skin, const Trajectory& trajectory, const Gl
   node.skin = 0;
   add_skin(model, buffer, skin);
   model.nodes.push_back(std::move(node));
-  motion.add_to(model);
+  tracks.add_to(model);
   add_scene(model, settings.title, {0, static_cast<int>(model.nodes.size()) - 1});
   return written(model);
 }

@@ -176,7 +176,7 @@ class VoxelWeights {
 
 /// Calls visit(index, voxel's value) for the voxels at most `reach` from a fractional index.
 template <class Visit>
-void around(const Volume<std::uint8_t>& volume, const Vector3d& at, double reach, const Visit& visit) {
+void each_near(const Volume<std::uint8_t>& volume, const Vector3d& at, double reach, const Visit& visit) {
   Index first{}, last{};
   for (std::size_t c = 0; c < 3; ++c) {
     const double x = at[static_cast<int>(c)];
@@ -199,7 +199,7 @@ std::optional<std::size_t> part_at(const Volume<std::uint8_t>& body, const Vecto
   double nearest = 1e30;
   std::optional<std::size_t> part;
   for (const double reach : {1.0, 2.0, 5.0}) {
-    around(body, at, reach, [&](const Index& i, std::uint8_t value) {
+    each_near(body, at, reach, [&](const Index& i, std::uint8_t value) {
       const double mm = (body.grid.axes * (Vector3d(double(i[0]), double(i[1]), double(i[2])) - at)).norm();
       if (mm < nearest) nearest = mm, part = value - 1U;
     });
@@ -213,7 +213,7 @@ BoneWeights weights_at(const Vector3d& p, std::size_t part, const VoxelWeights& 
                        const Volume<std::uint8_t>& coarse, const std::vector<SkinPart>& parts) {
   const Vector3d at = coarse.grid.index(p);
   BoneWeights out;
-  around(coarse, at, 1, [&](const Index& i, std::uint8_t value) {
+  each_near(coarse, at, 1, [&](const Index& i, std::uint8_t value) {
     if (value - 1U != part && !flesh_joins(parts, part, value - 1U, 1e-3 * p)) return;
     double share = 1;
     for (std::size_t c = 0; c < 3; ++c) share *= 1 - std::abs(double(i[c]) - at[static_cast<int>(c)]);
@@ -222,7 +222,7 @@ BoneWeights weights_at(const Vector3d& p, std::size_t part, const VoxelWeights& 
   if (out.count > 0) return out;
   double nearest = 1e30;
   Index best{};
-  around(coarse, at, 3, [&](const Index& i, std::uint8_t value) {
+  each_near(coarse, at, 3, [&](const Index& i, std::uint8_t value) {
     if (value - 1U == part && distance(i, at) < nearest) nearest = distance(i, at), best = i;
   });
   if (nearest < 1e30)

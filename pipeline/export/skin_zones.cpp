@@ -13,7 +13,7 @@ namespace {
 using Eigen::Vector3d;
 using Index = std::array<std::int64_t, 3>;
 
-struct IndexBox {
+struct PartBox {
   Index first{0, 0, 0}, last{-1, -1, -1};  // empty
 
   bool empty() const { return last[0] < first[0]; }
@@ -37,7 +37,7 @@ void each_voxel(const Grid& g, const Visit& visit) {
 Vector3d as_vector(const Index& at) { return {double(at[0]), double(at[1]), double(at[2])}; }
 
 /// A part of the grid.
-Grid cropped(const Grid& grid, const IndexBox& box) {
+Grid cropped(const Grid& grid, const PartBox& box) {
   Grid out = grid;
   for (std::size_t c = 0; c < 3; ++c) out.size[c] = box.last[c] - box.first[c] + 1;
   out.origin = grid.point(as_vector(box.first));
@@ -52,7 +52,7 @@ double half_thickness_at(const Vector3d& centre, std::uint8_t part, std::uint8_t
   const Grid& g = coarse.grid;
   const double step = g.axes(0, 0);  // mm
   const Vector3d at = g.index(1e3 * centre);
-  IndexBox box;
+  PartBox box;
   for (std::size_t c = 0; c < 3; ++c) {
     const auto middle = static_cast<std::int64_t>(std::lround(at[static_cast<int>(c)]));
     const auto reach = static_cast<std::int64_t>(most_mm / step);
@@ -119,7 +119,7 @@ bool connected(const std::vector<SkinPart>& parts, std::size_t a, std::size_t b)
 
 /// Ways from the voxels of the part and of its parent that touch each other, through the parts in `open`.
 WaysFromCut ways_from_cut(std::uint8_t part, std::uint8_t parent, const std::array<bool, 256>& open,
-                          const IndexBox& box, const Volume<std::uint8_t>& coarse) {
+                          const PartBox& box, const Volume<std::uint8_t>& coarse) {
   const Grid grid = cropped(coarse.grid, box);
   const auto at = [&](const Index& i) {
     return coarse.at(box.first[0] + i[0], box.first[1] + i[1], box.first[2] + i[2]);
@@ -150,7 +150,7 @@ WaysFromCut ways_from_cut(std::uint8_t part, std::uint8_t parent, const std::arr
 }  // namespace
 
 Volume<std::uint8_t> isotropic_parts(const Volume<std::uint8_t>& body, double step) {
-  IndexBox box;
+  PartBox box;
   each_voxel(body.grid, [&](const Index& i, std::size_t n) {
     if (body.voxels[n]) box.add(i);
   });
@@ -199,7 +199,7 @@ void measure_joints(std::vector<SkinPart>& parts, const std::vector<SkinJoint>& 
 
 std::vector<WaysFromCut> ways_from_cuts(const std::vector<SkinPart>& parts,
                                         const Volume<std::uint8_t>& coarse, int threads) {
-  std::vector<IndexBox> boxes(parts.size());
+  std::vector<PartBox> boxes(parts.size());
   each_voxel(coarse.grid, [&](const Index& i, std::size_t n) {
     if (const std::uint8_t here = coarse.voxels[n]) boxes[here - 1U].add(i);
   });
@@ -209,7 +209,7 @@ std::vector<WaysFromCut> ways_from_cuts(const std::vector<SkinPart>& parts,
       if (!parts[n].has_joint) continue;
       const auto parent = static_cast<std::size_t>(parts[n].parent);
       std::array<bool, 256> open{};
-      IndexBox box;
+      PartBox box;
       for (std::size_t m = 0; m < parts.size(); ++m) {
         if (!connected(parts, m, n) && !connected(parts, m, parent)) continue;
         open[m + 1] = true;

@@ -120,11 +120,11 @@ inline std::vector<LabelCapsule> limb() {
           {"lower", {0, 0, 300}, {0, 0, 0}, 40, false}};
 }
 
-/// `middle_twists`: whether the joint between the upper and the middle part twists; the other one never does.
-inline std::vector<SkinJoint> limb_joints(bool middle_twists) {
+/// Whether each of the two joints twists; a joint that does not is a hinge.
+inline std::vector<SkinJoint> limb_joints(bool middle_twists, bool lower_twists = false) {
   return {{"upper", "", {}, true},
           {"middle", "upper", Eigen::Vector3d(0, 0, 0.6), middle_twists},
-          {"lower", "middle", Eigen::Vector3d(0, 0, 0.3), false}};
+          {"lower", "middle", Eigen::Vector3d(0, 0, 0.3), lower_twists}};
 }
 
 }  // namespace borelli::test

@@ -174,6 +174,7 @@ TEST(SkinGlb, AViewerSeesTheDeformedSkin) {
   for (std::size_t n = 0; n < r.motion.times.size(); ++n) {
     const auto seen = evaluated(model, n), ours = deformed(r.skin, r.poses[n]);
     ASSERT_EQ(seen.size(), ours.size());
+    ASSERT_GT(seen.size(), 500u);
     double worst = 0;
     for (std::size_t i = 0; i < seen.size(); ++i) {
       // our x, y, z (left, back, up) are glTF's x, -z, y

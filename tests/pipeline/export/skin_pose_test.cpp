@@ -15,9 +15,9 @@ namespace {
 using Eigen::Vector3d;
 using std::numbers::pi;
 
-Skin limb_skin(bool twists, int helpers) {
-  auto skin = skin_of(labels_of(limb(), 3), limb_joints(twists), {},
-                      {.tolerance = 0.0005, .helpers = helpers, .threads = 1});
+Skin limb_skin(const std::vector<SkinJoint>& joints, int helpers) {
+  auto skin =
+      skin_of(labels_of(limb(), 3), joints, {}, {.tolerance = 0.0005, .helpers = helpers, .threads = 1});
   EXPECT_TRUE(skin) << skin.error().message();
   return *skin;
 }
@@ -83,7 +83,7 @@ TEST(SwingTwist, RebuildsTheRotationWithASwingAcrossTheAxis) {
 }
 
 TEST(BonePoses, MoveAPartWithoutAPoseWithItsParent) {
-  const Skin skin = limb_skin(true, 1);
+  const Skin skin = limb_skin(limb_joints(true), 1);
   const Pose X_W{turn_deg(40, {1, 2, 3}), {0.5, 0, 0.2}};
   const auto points = deformed(skin, {{"upper", X_W}});
   const auto rest = at_rest(skin);
@@ -107,14 +107,24 @@ TEST(Deformed, GivesTheRestMeshInTheScansPose) {
 }
 
 // Blending two poses theta / n apart leaves cos(theta / 2n) of the radius halfway. n: intervals between
-// bones. Along the segment (twists) as well as in the zone of a hinge.
+// bones. The twist of the upper joint runs along the segment below it, that of the lower joint along the
+// segment above it, that of a hinge within its zone.
 TEST(Deformed, ATwistLeavesTheCosineOfHalfItsShare) {
   const double theta = pi / 2;
-  for (const bool along_segment : {true, false})
+  struct Case {
+    bool upper_joint_twists, lower_joint_twists;
+    const char* turned;
+    std::size_t part;
+    TwistAlong along;
+  };
+  for (const Case& c :
+       {Case{true, false, "middle", 1, TwistAlong::part}, Case{false, false, "middle", 1, TwistAlong::zone},
+        Case{false, true, "lower", 2, TwistAlong::parent}})
     for (const int helpers : {0, 1, 3}) {
-      const Skin skin = limb_skin(along_segment, helpers);
-      ASSERT_EQ(skin.parts[1].twist, along_segment ? TwistAlong::part : TwistAlong::zone);
-      const auto X_WS = turned(limb_joints(along_segment), {}, {{"middle", turn_deg(90, {0, 0, 1})}});
+      const auto joints = limb_joints(c.upper_joint_twists, c.lower_joint_twists);
+      const Skin skin = limb_skin(joints, helpers);
+      ASSERT_EQ(skin.parts[c.part].twist, c.along);
+      const auto X_WS = turned(joints, {}, {{c.turned, turn_deg(90, {0, 0, 1})}});
       const auto points = deformed(skin, X_WS);
       double least = 1, most = 0;
       for (std::size_t n = 0; n < points.size(); ++n) {
@@ -125,12 +135,12 @@ TEST(Deformed, ATwistLeavesTheCosineOfHalfItsShare) {
         most = std::max(most, left);
       }
       const double theory = std::cos(theta / (2 * (helpers + 1)));
-      // below: weights are interpolated between voxels 3 mm apart; above: no point is exactly halfway
-      EXPECT_GT(least, theory - 0.002) << helpers;
-      EXPECT_LT(least, theory + 0.006) << helpers;
+      // below: weights are interpolated between voxels 4 mm apart; above: no point is exactly halfway
+      EXPECT_GT(least, theory - 0.002) << c.turned << helpers;
+      EXPECT_LT(least, theory + 0.006) << c.turned << helpers;
       EXPECT_LT(most, 1 + 1e-6);
       if (helpers == 3) {
-        EXPECT_EQ(flipped(skin, points, X_WS), 0);
+        EXPECT_EQ(flipped(skin, points, X_WS), 0) << c.turned;
       }
     }
 }
@@ -138,7 +148,7 @@ TEST(Deformed, ATwistLeavesTheCosineOfHalfItsShare) {
 // The zones reach 2 r into the segment of 300 mm, which leaves 140 mm. There the angle has the
 // slope of the spline, 5/4 of the mean one, about the middle of the segment.
 TEST(Deformed, ATwistGrowsSteadilyAlongTheSegment) {
-  const Skin skin = limb_skin(true, 3);
+  const Skin skin = limb_skin(limb_joints(true), 3);
   const auto points = deformed(skin, turned(limb_joints(true), {}, {{"middle", turn_deg(90, {0, 0, 1})}}));
   Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
   Eigen::Vector2d products = Eigen::Vector2d::Zero();
@@ -184,7 +194,7 @@ double section_area(const Skin& skin, const std::vector<Vector3d>& points, doubl
 }
 
 TEST(Deformed, ABendOf150DegreesKeepsSectionAndVolume) {
-  const Skin skin = limb_skin(false, 3);
+  const Skin skin = limb_skin(limb_joints(false), 3);
   const Vector3d c(0, 0, 0.6);
   const auto rest = at_rest(skin);
   for (const double angle : {30.0, 90.0, 150.0}) {
@@ -201,7 +211,7 @@ TEST(Deformed, ABendOf150DegreesKeepsSectionAndVolume) {
 
 // So helpers are what the test above measures.
 TEST(Deformed, WithoutHelpersABendNarrowsTheMiddle) {
-  const Skin skin = limb_skin(false, 0);
+  const Skin skin = limb_skin(limb_joints(false), 0);
   const Vector3d c(0, 0, 0.6);
   const auto points = deformed(skin, turned(limb_joints(false), {}, {{"middle", turn_deg(150, {1, 0, 0})}}));
   const double section = section_area(skin, points, 0.6, turn_deg(75, {1, 0, 0}), c) /
