@@ -86,9 +86,11 @@ class Decimation {
  public:
   // `locked` points stay. Coordinates are relative to a near origin, so that squared distances keep their
   // digits.
-  Decimation(const TriangleSurface& surface, double reach, const std::vector<bool>& locked)
+  Decimation(const TriangleSurface& surface, double reach, double longest_edge,
+             const std::vector<bool>& locked)
       : near_(surface.points.front()),
         reach_(reach),
+        longest_edge_(longest_edge),
         locked_(locked),
         triangles_(surface.triangles),
         triangles_of_(surface.points.size()),
@@ -205,7 +207,7 @@ class Decimation {
     return common == 2 && around_a + other_ring_.size() > 6;
   }
 
-  // no remaining triangle turns by more than about 75 degrees or becomes a needle
+  // no remaining triangle turns by more than about 75 degrees, becomes a needle or gets too long an edge
   bool keeps_facing(const Collapse& c, const Vector3d& place) const {
     for (const auto& [moved, other] : {std::pair(c.a, c.b), std::pair(c.b, c.a)}) {
       for (const std::uint32_t t : triangles_of_[moved]) {
@@ -217,6 +219,7 @@ class Decimation {
         const double longest =
             std::max({(p[1] - p[0]).squaredNorm(), (p[2] - p[1]).squaredNorm(), (p[0] - p[2]).squaredNorm()});
         const auto [before, area] = plane(corners);
+        if (longest > longest_edge_ * longest_edge_) return false;
         if (twice.norm() < 0.02 * longest || (area > 0 && twice.dot(before) < 0.25 * twice.norm()))
           return false;
       }
@@ -268,7 +271,7 @@ class Decimation {
   }
 
   Vector3d near_;
-  double reach_;
+  double reach_, longest_edge_;
   const std::vector<bool>& locked_;
   std::vector<Vector3d> points_;
   std::vector<Triangle> triangles_;
@@ -379,10 +382,10 @@ std::vector<std::uint32_t> composed(const std::vector<std::uint32_t>& first,
 // of its points. If a point would be too far, the points of `start` around its home are locked and the step
 // is repeated. Empty if that does not help.
 std::optional<Fewer> step_down(const TriangleSurface& surface, const Fewer& start, double reach,
-                               double tolerance, bool in_rounds = false) {
+                               double tolerance, double longest_edge, bool in_rounds = false) {
   std::vector<bool> locked(start.surface.points.size(), false);
   for (int attempt = 0; attempt < 10; ++attempt) {
-    Decimation decimation(start.surface, reach, locked);
+    Decimation decimation(start.surface, reach, longest_edge, locked);
     Fewer fewer = in_rounds ? decimation.run_in_rounds() : decimation.run();
     fewer.home = composed(start.home, fewer.home);
     const auto far = too_far(surface, fewer.surface, fewer.home, tolerance);
@@ -397,17 +400,17 @@ std::optional<Fewer> step_down(const TriangleSurface& surface, const Fewer& star
 
 }  // namespace
 
-TriangleSurface decimate(const TriangleSurface& surface, double tolerance) {
+TriangleSurface decimate(const TriangleSurface& surface, double tolerance, double longest_edge) {
   if (surface.triangles.empty() || !(tolerance > 0)) return surface;
   Fewer best{surface, std::vector<std::uint32_t>(surface.points.size())};
   std::iota(best.home.begin(), best.home.end(), 0u);
   constexpr double first_reach = 0.05;  // over the tolerance
-  if (auto fewer = step_down(surface, best, first_reach * tolerance, tolerance, true))
+  if (auto fewer = step_down(surface, best, first_reach * tolerance, tolerance, longest_edge, true))
     best = std::move(*fewer);
   // A collapse knows only its mean distance from planes, not the farthest point's. So the reach grows in
   // steps, each measured. The first step does most of the work.
   for (double reach = 0.15 * tolerance; reach < 0.9 * tolerance; reach *= 1.6) {
-    auto fewer = step_down(surface, best, reach, tolerance);
+    auto fewer = step_down(surface, best, reach, tolerance, longest_edge);
     if (!fewer) break;
     best = std::move(*fewer);
   }

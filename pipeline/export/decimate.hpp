@@ -11,6 +11,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 namespace borelli {
@@ -21,8 +22,10 @@ struct TriangleSurface {
 };
 
 /// Collapses edges as long as every point of the closed `surface` stays within `tolerance` (unit of the
-/// points) of the new surface. This distance is measured.
-TriangleSurface decimate(const TriangleSurface& surface, double tolerance);
+/// points) of the new surface. This distance is measured. No collapse leaves an edge longer than
+/// `longest_edge` (same unit).
+TriangleSurface decimate(const TriangleSurface& surface, double tolerance,
+                         double longest_edge = std::numeric_limits<double>::infinity());
 
 /// Whether each edge belongs to exactly two triangles with opposite directions along it.
 bool is_closed(std::size_t points, const std::vector<std::array<std::uint32_t, 3>>& triangles);

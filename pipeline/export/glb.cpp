@@ -9,6 +9,9 @@
 #include <set>
 #include <sstream>
 
+#include "pipeline/export/skin.hpp"
+#include "pipeline/export/skin_pose.hpp"
+
 namespace borelli {
 
 namespace {
@@ -41,7 +44,8 @@ class Buffer {
                                                                      : TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
     accessor.type = components == 1   ? TINYGLTF_TYPE_SCALAR
                     : components == 3 ? TINYGLTF_TYPE_VEC3
-                                      : TINYGLTF_TYPE_VEC4;
+                    : components == 4 ? TINYGLTF_TYPE_VEC4
+                                      : TINYGLTF_TYPE_MAT4;
     model_.accessors.push_back(std::move(accessor));
     return static_cast<int>(model_.accessors.size()) - 1;
   }
@@ -65,20 +69,25 @@ class Buffer {
   tinygltf::Model& model_;
 };
 
+Result<void> check(const Mesh& mesh) {
+  if (mesh.triangles.empty()) return failure(mesh.name, "its mesh has no triangles");
+  for (const auto& triangle : mesh.triangles)
+    for (const auto corner : triangle)
+      if (corner >= mesh.points.size())
+        return failure(mesh.name, fmt::format("a triangle refers to point {} of a mesh with {} points",
+                                              corner, mesh.points.size()));
+  for (const auto& point : mesh.points)
+    for (const float coordinate : point)
+      if (!std::isfinite(coordinate)) return failure(mesh.name, "a point of its mesh is not finite");
+  return {};
+}
+
 Result<void> check(const std::vector<Mesh>& meshes) {
   if (meshes.empty()) return failure("body.glb", "no part has a surface, so there is nothing to draw");
   std::set<std::string_view> names;
   for (const Mesh& mesh : meshes) {
     if (!names.insert(mesh.name).second) return failure(mesh.name, "two meshes have this name");
-    if (mesh.triangles.empty()) return failure(mesh.name, "its mesh has no triangles");
-    for (const auto& triangle : mesh.triangles)
-      for (const auto corner : triangle)
-        if (corner >= mesh.points.size())
-          return failure(mesh.name, fmt::format("a triangle refers to point {} of a mesh with {} points",
-                                                corner, mesh.points.size()));
-    for (const auto& point : mesh.points)
-      for (const float coordinate : point)
-        if (!std::isfinite(coordinate)) return failure(mesh.name, "a point of its mesh is not finite");
+    if (auto checked = check(mesh); !checked) return checked;
   }
   return {};
 }
@@ -191,6 +200,139 @@ void place(tinygltf::Node& node, const Track& track) {
   node.rotation.assign(track.rotations.begin(), track.rotations.begin() + 4);
 }
 
+/// The times of a trajectory's kept samples, and the channels over them.
+class Tracks {
+ public:
+  Tracks(Buffer& buffer, const Trajectory& trajectory, const GlbSettings& settings)
+      : buffer_(buffer),
+        trajectory_(trajectory),
+        kept_(kept_samples(trajectory.times, settings.samples_per_second)) {
+    animation_.name = "motion";
+  }
+
+  const std::vector<std::size_t>& kept() const { return kept_; }
+
+  /// Animates a node by `track`, one row per kept sample; with one sample there is no animation.
+  void add(int node, const Track& track, bool slides = true, bool turns = true) {
+    if (kept_.size() < 2) return;
+    if (slides) add_channel(animation_, node, "translation", times(), buffer_.put(track.translations, 3, 0));
+    if (turns) add_channel(animation_, node, "rotation", times(), buffer_.put(track.rotations, 4, 0));
+  }
+
+  void add_to(tinygltf::Model& model) {
+    if (!animation_.channels.empty()) model.animations.push_back(std::move(animation_));
+  }
+
+ private:
+  int times() {  // an accessor shared by all tracks
+    if (times_ >= 0) return times_;
+    std::vector<float> seconds;
+    for (const std::size_t i : kept_)
+      seconds.push_back(static_cast<float>(trajectory_.times[i] - trajectory_.times[0]));
+    times_ = buffer_.put(seconds, 1, 0);
+    buffer_.state_range(times_, seconds, 1);
+    return times_;
+  }
+
+  Buffer& buffer_;
+  const Trajectory& trajectory_;
+  std::vector<std::size_t> kept_;
+  tinygltf::Animation animation_;
+  int times_ = -1;
+};
+
+/// A document whose first node turns our Z up into glTF's Y up.
+tinygltf::Model document() {
+  tinygltf::Model model;
+  model.asset.version = "2.0";
+  model.asset.generator = "borelli";
+  tinygltf::Node world;
+  world.name = "world";
+  world.rotation = {-std::sqrt(0.5), 0, 0, std::sqrt(0.5)};  // a quarter turn about x
+  model.nodes.push_back(std::move(world));
+  return model;
+}
+
+void add_scene(tinygltf::Model& model, const std::string& title, const std::vector<int>& nodes) {
+  tinygltf::Scene scene;
+  scene.name = title;
+  scene.nodes = nodes;
+  model.scenes.push_back(std::move(scene));
+  model.defaultScene = 0;
+}
+
+/// glTF's axes from ours: y up from z up.
+Pose y_up() {
+  Pose X_YW;
+  X_YW.R << 1, 0, 0, 0, 0, 1, 0, -1, 0;
+  return X_YW;
+}
+
+/// Whether a later row of `numbers` differs from the first by more than a float's rounding.
+bool varies(const std::vector<float>& numbers, std::size_t components) {
+  for (std::size_t n = components; n < numbers.size(); ++n)
+    if (std::abs(numbers[n] - numbers[n % components]) > 1e-7F) return true;
+  return false;
+}
+
+/// The node that a bone's pose is relative to: its part's parent, a helper's too; -1: the world.
+int parent_bone(const Skin& skin, std::size_t bone) { return skin.parts[skin.bones[bone].part].parent; }
+
+/// Adds a node for each bone below the first node, node 1 + b for bone b, and their motion.
+void add_bones(tinygltf::Model& model, const Skin& skin, const Trajectory& trajectory, Tracks& tracks) {
+  std::vector<Track> of_bone(skin.bones.size());
+  const auto append = [&](const ScanPoses& X_WS) {
+    const std::vector<Pose> X_WB = bone_poses(skin, X_WS);
+    for (std::size_t b = 0; b < X_WB.size(); ++b) {
+      const int parent = parent_bone(skin, b);
+      of_bone[b].append(parent < 0 ? X_WB[b] : X_WB[static_cast<std::size_t>(parent)].inverse() * X_WB[b]);
+    }
+  };
+  for (const std::size_t i : tracks.kept()) {
+    ScanPoses X_WS;
+    for (std::size_t s = 0; s < trajectory.solids.size(); ++s)
+      X_WS[trajectory.solids[s]] = trajectory.pose(i, s);
+    append(X_WS);
+  }
+  if (tracks.kept().empty()) append({});
+  for (std::size_t b = 0; b < skin.bones.size(); ++b) {
+    tinygltf::Node node;
+    node.name = skin.bones[b].name;
+    place(node, of_bone[b]);
+    const int index = static_cast<int>(model.nodes.size());
+    model.nodes.push_back(std::move(node));
+    model.nodes[static_cast<std::size_t>(parent_bone(skin, b) + 1)].children.push_back(index);
+    tracks.add(index, of_bone[b], varies(of_bone[b].translations, 3), varies(of_bone[b].rotations, 4));
+  }
+}
+
+/// Adds bones' rest poses and the points' weights.
+void add_skin(tinygltf::Model& model, Buffer& buffer, const Skin& skin) {
+  tinygltf::Skin bound;
+  bound.name = "skin";
+  bound.skeleton = 0;
+  std::vector<float> inverse_binds;  // X_BY: columns first
+  for (const Pose& X_WB : rest_poses(skin)) {
+    const Pose X_BY = X_WB.inverse() * y_up().inverse();
+    for (int column = 0; column < 4; ++column)
+      for (int row = 0; row < 4; ++row)
+        inverse_binds.push_back(row == 3     ? static_cast<float>(column == 3)
+                                : column < 3 ? static_cast<float>(X_BY.R(row, column))
+                                             : static_cast<float>(X_BY.p[row]));
+    bound.joints.push_back(static_cast<int>(bound.joints.size()) + 1);
+  }
+  bound.inverseBindMatrices = buffer.put(inverse_binds, 16, 0);
+  model.skins.push_back(std::move(bound));
+
+  std::vector<std::uint16_t> bones;
+  std::vector<float> weights;
+  for (const auto& of_point : skin.bones_of) bones.insert(bones.end(), of_point.begin(), of_point.end());
+  for (const auto& of_point : skin.weights) weights.insert(weights.end(), of_point.begin(), of_point.end());
+  auto& attributes = model.meshes.back().primitives.front().attributes;
+  attributes["JOINTS_0"] = buffer.put(bones, 4, TINYGLTF_TARGET_ARRAY_BUFFER);
+  attributes["WEIGHTS_0"] = buffer.put(weights, 4, TINYGLTF_TARGET_ARRAY_BUFFER);
+}
+
 Result<std::string> written(const tinygltf::Model& model) {
   std::ostringstream stream;
   tinygltf::TinyGLTF writer;
@@ -220,39 +362,19 @@ std::vector<std::size_t> kept_samples(const std::vector<double>& times, double s
 Result<std::string> glb(const std::vector<Mesh>& meshes, const ScanPoses& X_WS_scan,
                         const Trajectory& trajectory, const GlbSettings& settings) {
   if (const auto checked = check(meshes); !checked) return tl::unexpected(checked.error());
-  tinygltf::Model model;
-  model.asset.version = "2.0";
-  model.asset.generator = "borelli";
+  tinygltf::Model model = document();
   Buffer buffer(model);
-  tinygltf::Animation animation;
-  animation.name = "motion";
-
-  tinygltf::Node world;
-  world.name = "world";
-  world.rotation = {-std::sqrt(0.5), 0, 0, std::sqrt(0.5)};  // a quarter turn about x: Z up to Y up
-  model.nodes.push_back(std::move(world));
-
-  const std::vector<std::size_t> kept = kept_samples(trajectory.times, settings.samples_per_second);
-  int times = -1;  // accessor shared by all tracks, created for the first
-  const auto shared_times = [&] {
-    if (times >= 0) return times;
-    std::vector<float> seconds;
-    for (const std::size_t i : kept)
-      seconds.push_back(static_cast<float>(trajectory.times[i] - trajectory.times[0]));
-    times = buffer.put(seconds, 1, 0);
-    buffer.state_range(times, seconds, 1);
-    return times;
-  };
-
+  Tracks tracks(buffer, trajectory, settings);
   for (const Mesh& mesh : meshes) {
     const auto scan = X_WS_scan.find(mesh.name);
     const auto solid = std::ranges::find(trajectory.solids, mesh.name);
-    const bool has_solid = scan != X_WS_scan.end() && solid != trajectory.solids.end() && !kept.empty();
+    const bool has_solid =
+        scan != X_WS_scan.end() && solid != trajectory.solids.end() && !tracks.kept().empty();
     const Pose X_WS = scan != X_WS_scan.end() ? scan->second : Pose{};
 
     Track track;
     if (!has_solid) track.append(X_WS);
-    for (const std::size_t i : has_solid ? kept : std::vector<std::size_t>{})
+    for (const std::size_t i : has_solid ? tracks.kept() : std::vector<std::size_t>{})
       track.append(trajectory.pose(i, static_cast<std::size_t>(solid - trajectory.solids.begin())));
 
     tinygltf::Node node;
@@ -262,20 +384,35 @@ Result<std::string> glb(const std::vector<Mesh>& meshes, const ScanPoses& X_WS_s
                          colour != settings.colours.end() ? colour->second : part_colour(mesh.name));
     place(node, track);
     const int index = static_cast<int>(model.nodes.size());
-    if (has_solid && kept.size() > 1) {
-      add_channel(animation, index, "translation", shared_times(), buffer.put(track.translations, 3, 0));
-      add_channel(animation, index, "rotation", shared_times(), buffer.put(track.rotations, 4, 0));
-    }
+    if (has_solid) tracks.add(index, track);
     model.nodes.front().children.push_back(index);
     model.nodes.push_back(std::move(node));
   }
-  if (!animation.channels.empty()) model.animations.push_back(std::move(animation));
+  tracks.add_to(model);
+  add_scene(model, settings.title, {0});
+  return written(model);
+}
 
-  tinygltf::Scene scene;
-  scene.name = settings.title;
-  scene.nodes = {0};
-  model.scenes.push_back(std::move(scene));
-  model.defaultScene = 0;
+Result<std::string> glb(const Skin& skin, const Trajectory& trajectory, const GlbSettings& settings) {
+  if (const auto checked = check(skin.mesh); !checked) return tl::unexpected(checked.error());
+  const std::size_t points = skin.mesh.points.size();
+  if (skin.bones_of.size() != points || skin.weights.size() != points)
+    return failure("skin", fmt::format("{} of its {} points have weights", skin.weights.size(), points));
+  tinygltf::Model model = document();
+  Buffer buffer(model);
+  Tracks tracks(buffer, trajectory, settings);
+  add_bones(model, skin, trajectory, tracks);
+
+  const auto colour = settings.colours.find(skin.mesh.name);
+  tinygltf::Node node;  // a viewer ignores its pose and parents; glTF asks for none
+  node.name = skin.mesh.name;
+  node.mesh = add_mesh(model, buffer, skin.mesh, y_up(),
+                       colour != settings.colours.end() ? colour->second : Colour{0xd8, 0xa8, 0x8c});
+  node.skin = 0;
+  add_skin(model, buffer, skin);
+  model.nodes.push_back(std::move(node));
+  tracks.add_to(model);
+  add_scene(model, settings.title, {0, static_cast<int>(model.nodes.size()) - 1});
   return written(model);
 }
 

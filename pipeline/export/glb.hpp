@@ -3,6 +3,10 @@
 // Node tree: "world" (turns our Z up into glTF's Y up) holds one node per part, named after the part. A
 // node's mesh is in the solid's own frame. The trajectory animates its pose (translation and rotation,
 // LINEAR).
+//
+// With a skin the node tree is the skeleton: below "world" a joint per part, each below its parent's, and
+// helpers beside them (skin.hpp). The mesh "skin" is a node of its own, already in glTF's axes, as the
+// standard advises (3.7.3); inverse bind matrices lead from it to the joints.
 #pragma once
 
 #include <map>
@@ -16,6 +20,8 @@
 #include "pipeline/files/palette.hpp"
 
 namespace borelli {
+
+struct Skin;  // skin.hpp
 
 /// X_WS of the solids in the scan's pose, by name. The meshes' points are given in the world in this pose.
 using ScanPoses = std::map<std::string, Pose, std::less<>>;
@@ -36,6 +42,10 @@ struct GlbSettings {
 /// one name.
 Result<std::string> glb(const std::vector<Mesh>& meshes, const ScanPoses& X_WS_scan,
                         const Trajectory& trajectory, const GlbSettings& settings = {});
+
+/// The same with one skin in place of the parts' meshes (skin_of). A part without a solid moves with its
+/// parent. Errors: as above; a skin without weights.
+Result<std::string> glb(const Skin& skin, const Trajectory& trajectory, const GlbSettings& settings = {});
 
 /// Indices of the trajectory's times that `glb` keeps: strictly increasing as floats, at most
 /// `samples_per_second` apart.

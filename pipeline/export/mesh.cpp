@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <mutex>
 #include <new>
 #include <numeric>
@@ -53,7 +54,16 @@ std::vector<VoxelBox> boxes_of(const LabelMap& labels) {
   return boxes;
 }
 
-/// A label's share of each block of voxels, in a box with an empty layer around, so that the surface also
+/// Voxels of one label, or of all labels (the whole body).
+struct OneLabel {
+  std::uint8_t label;
+  bool operator()(std::uint8_t voxel) const { return voxel == label; }
+};
+struct AnyLabel {
+  bool operator()(std::uint8_t voxel) const { return voxel != 0; }
+};
+
+/// The share of each block of voxels that is inside, in a box with an empty layer around, so that the surface also
 /// closes at the grid's border.
 struct Shares {
   std::vector<unsigned char> voxels;  ///< 0 to 255
@@ -71,7 +81,8 @@ Vector3i blocks_for(const Grid& grid, double tolerance_mm) {
       .cwiseMax(1);
 }
 
-Shares shares_of(const LabelMap& labels, std::uint8_t label, const VoxelBox& box, const Vector3i& block) {
+template <class Inside>
+Shares shares_of(const LabelMap& labels, const Inside& inside, const VoxelBox& box, const Vector3i& block) {
   std::array<std::int64_t, 3> count{};
   Shares out;
   out.block = block.cast<double>();
@@ -93,9 +104,9 @@ Shares shares_of(const LabelMap& labels, std::uint8_t label, const VoxelBox& box
         std::uint32_t* const to = sums.data() + (1 + j / block[1]) * count[0] + 1;
         const std::int64_t n = box.last[0] - box.first[0] + 1;
         if (block[0] == 1)
-          for (std::int64_t i = 0; i < n; ++i) to[i] += row[i] == label;
+          for (std::int64_t i = 0; i < n; ++i) to[i] += inside(row[i]);
         else
-          for (std::int64_t i = 0; i < n; ++i) to[i / block[0]] += row[i] == label;
+          for (std::int64_t i = 0; i < n; ++i) to[i / block[0]] += inside(row[i]);
       }
     unsigned char* const plane = out.voxels.data() + layer * count[0] * count[1];
     for (std::size_t n = 0; n < sums.size(); ++n)
@@ -151,18 +162,39 @@ Mesh to_mesh(const TriangleSurface& surface, const std::string& name) {
   return mesh;
 }
 
-TriangleSurface surface_within(const VtkFunctions& vtk, const LabelMap& labels, std::uint8_t label,
-                               const VoxelBox& box, double tolerance_mm) {
+// The surface encloses `volume`, mm^3.
+template <class Inside>
+TriangleSurface surface_within(const VtkFunctions& vtk, const LabelMap& labels, const Inside& inside,
+                               const VoxelBox& box, double volume, double tolerance_mm,
+                               double longest_edge_mm) {
   const Grid& grid = labels.grid;
-  const double volume = static_cast<double>(box.voxels) * grid.voxel_volume();
-  Shares shares = shares_of(labels, label, box, blocks_for(grid, tolerance_mm));
+  Shares shares = shares_of(labels, inside, box, blocks_for(grid, tolerance_mm));
   // half a voxel: the resolution of the labels
   const double most = 0.5 * grid.spacing().cwiseProduct(shares.block).minCoeff();
   TriangleSurface surface = placed(vtk.smooth_surface(shares.voxels, shares.size), shares, grid);
   restore_volume(surface, volume, most);
   if (tolerance_mm > 0) {
-    surface = decimate(surface, tolerance_mm);
+    surface = decimate(surface, tolerance_mm, longest_edge_mm);
     restore_volume(surface, volume, most);
+  }
+  return surface;
+}
+
+template <class Inside>
+TriangleSurface finest_needed(const VtkFunctions& vtk, const LabelMap& labels, const Inside& inside,
+                              const VoxelBox& box, double volume, double tolerance,
+                              double longest_edge = std::numeric_limits<double>::infinity()) {
+  const double finest = 0.05 * labels.grid.spacing().minCoeff();  // mm
+  double across = 0;                                              // mm, twice the diagonal of the part's box
+  for (int c = 0; c < 3; ++c)
+    across += 2 * labels.grid.axes.col(c).norm() * static_cast<double>(box.last[c] - box.first[c] + 1);
+  double tolerance_mm = std::min(1e3 * tolerance, across);
+  TriangleSurface surface =
+      surface_within(vtk, labels, inside, box, volume, tolerance_mm, 1e3 * longest_edge);
+  // parts thinner than the tolerance would lose their shape
+  while (tolerance_mm > 0 && std::abs(volume_of(surface) / volume - 1) > largest_loss) {
+    tolerance_mm = tolerance_mm > finest ? tolerance_mm / 2 : 0;
+    surface = surface_within(vtk, labels, inside, box, volume, tolerance_mm, 1e3 * longest_edge);
   }
   return surface;
 }
@@ -170,18 +202,22 @@ TriangleSurface surface_within(const VtkFunctions& vtk, const LabelMap& labels, 
 Mesh part_mesh(const VtkFunctions& vtk, const LabelMap& labels, std::uint8_t label, const VoxelBox& box,
                double tolerance) {
   const double volume = static_cast<double>(box.voxels) * labels.grid.voxel_volume();
-  const double finest = 0.05 * labels.grid.spacing().minCoeff();  // mm
-  double across = 0;                                              // mm, twice the diagonal of the part's box
-  for (int c = 0; c < 3; ++c)
-    across += 2 * labels.grid.axes.col(c).norm() * static_cast<double>(box.last[c] - box.first[c] + 1);
-  double tolerance_mm = std::min(1e3 * tolerance, across);
-  TriangleSurface surface = surface_within(vtk, labels, label, box, tolerance_mm);
-  // parts thinner than the tolerance would lose their shape
-  while (tolerance_mm > 0 && std::abs(volume_of(surface) / volume - 1) > largest_loss) {
-    tolerance_mm = tolerance_mm > finest ? tolerance_mm / 2 : 0;
-    surface = surface_within(vtk, labels, label, box, tolerance_mm);
+  return to_mesh(finest_needed(vtk, labels, OneLabel{label}, box, volume, tolerance), labels.names[label]);
+}
+
+// Smallest box of several boxes.
+VoxelBox around_all(const std::vector<VoxelBox>& boxes) {
+  VoxelBox all;
+  for (const VoxelBox& box : boxes) {
+    if (box.voxels == 0) continue;
+    for (std::size_t c = 0; c < 3; ++c) {
+      all.first[c] = all.voxels ? std::min(all.first[c], box.first[c]) : box.first[c];
+      all.last[c] = all.voxels ? std::max(all.last[c], box.last[c]) : box.last[c];
+    }
+    all.voxels += box.voxels;
+    all.runs += box.runs;
   }
-  return to_mesh(surface, labels.names[label]);
+  return all;
 }
 
 // Bytes of all surfaces when threads make them concurrently. A run of voxels has about six faces, two for
@@ -243,6 +279,25 @@ Result<std::vector<Mesh>> part_meshes(const LabelMap& labels, const MeshOptions&
   }
   if (stopped) return failure("meshes", "were stopped");
   return meshes;
+}
+
+Result<Mesh> body_mesh(const LabelMap& labels, double volume, const std::string& name, double tolerance,
+                       double longest_edge) {
+  const auto vtk = on_demand<VtkFunctions>();
+  if (!vtk) return tl::unexpected(vtk.error());
+  const VoxelBox box = around_all(boxes_of(labels));
+  if (box.voxels == 0) return failure(name, "no voxel has a label, so there is no surface");
+  if (auto fits =
+          admit_memory(name, "building the surface",
+                       bytes_of_surfaces({box}, labels.grid, {.tolerance = tolerance, .progress = {}}));
+      !fits)
+    return tl::unexpected(fits.error());
+  try {
+    return to_mesh(finest_needed(**vtk, labels, AnyLabel{}, box, 1e9 * volume, tolerance, longest_edge),
+                   name);
+  } catch (const std::bad_alloc&) {
+    return out_of_memory(name, "building the triangles (a coarser grid has fewer)");
+  }
 }
 
 double enclosed_volume(const Mesh& mesh) {

@@ -1,4 +1,5 @@
-// Makes one closed surface per part of a label map: flying edges, smoothing, decimation.
+// Makes one closed surface per part of a label map, or of the whole body: flying edges, smoothing,
+// decimation.
 //
 // Flying edges (Schroeder, Maynard, Geveci (2015) IEEE LDAV, 33-40) run on one label's voxels, or on its
 // share of blocks of voxels if these are finer than the tolerance requires. Windowed-sinc smoothing (Taubin,
@@ -40,6 +41,12 @@ struct MeshOptions {
 /// enclosed volume equals the voxels' within 0.5 % (parts of a few voxels: within half a voxel of thickness).
 /// Errors: a label without a name.
 Result<std::vector<Mesh>> part_meshes(const LabelMap& labels, const MeshOptions& options = {});
+
+/// One surface, of this name, of all voxels that have a label; it encloses `volume`, m^3, as part_meshes'
+/// surfaces do. `tolerance`: MeshOptions::tolerance. Decimation leaves no edge longer than `longest_edge`, m.
+/// Errors: no voxel has a label.
+Result<Mesh> body_mesh(const LabelMap& labels, double volume, const std::string& name, double tolerance,
+                       double longest_edge);
 
 /// Volume that a closed mesh encloses, m^3; negative where its triangles face inwards.
 double enclosed_volume(const Mesh& mesh);

@@ -108,6 +108,23 @@ TEST(Decimate, NeedsFewTriangles) {
   EXPECT_LT(static_cast<double>(fewer.triangles.size()), area / (0.43 * chord * chord));
 }
 
+TEST(Decimate, LeavesNoLongEdges) {
+  const TriangleSurface whole = torus(160, 80, 30, 10);
+  const auto longest = [](const TriangleSurface& s) {
+    double most = 0;
+    for (const auto& t : s.triangles)
+      for (std::size_t e = 0; e < 3; ++e)
+        most = std::max(most, (s.points[t[e]] - s.points[t[(e + 1) % 3]]).norm());
+    return most;
+  };
+  const TriangleSurface fewer = decimate(whole, 2, 4);
+  EXPECT_LE(longest(fewer), 4);
+  EXPECT_GT(longest(decimate(whole, 2)), 8);
+  EXPECT_TRUE(is_closed(fewer.points.size(), fewer.triangles));
+  EXPECT_LT(fewer.triangles.size(), whole.triangles.size() / 2);
+  EXPECT_EQ(decimate(whole, 2, 0.5).triangles.size(), whole.triangles.size());  // all are longer already
+}
+
 TEST(Decimate, KeepsPiecesOfAFewTriangles) {
   TriangleSurface s = torus(60, 30, 30, 10);
   add_octahedron(s, {0, 0, 0}, 0.5);
