@@ -45,6 +45,7 @@ json settings_of(const RunSettings& s) {
           {"integrator_tolerance", s.integrator_tolerance},
           {"step", s.step ? json(*s.step) : json()},
           {"mesh_tolerance_mm", s.mesh_tolerance_mm},
+          {"skin", s.skin},
           {"deface", s.deface},
           {"allow_untrusted", s.untrusted_is_fine},
           {"captured",
@@ -139,6 +140,12 @@ std::vector<Stage> stages_of(RunData& data, const json& recorded) {
   stages.push_back(
       {"mesh", {"segmentation"}, pick(all, {"mesh_tolerance_mm", "deface"}), {}, shown(make_meshes)});
   stages.push_back({"glb", {"mesh", "motion"}, json::object(), {"body.glb"}, mute(make_glb)});
+  if (settings.skin)
+    stages.push_back({"skin",
+                      {"motion", "segmentation"},
+                      pick(all, {"mesh_tolerance_mm"}),
+                      {"skin.glb"},
+                      mute(make_skin)});
   stages.push_back({"picture", {"mesh"}, json::object(), {"body.png"}, mute(draw_picture)});
   // "slices" uses one core and waits for the meshes, which use all of them
   stages.push_back({"slices", {"segmentation"}, pick(all, {"deface"}), {}, mute(pack_scan), {}, {"mesh"}});

@@ -9,7 +9,7 @@
 //                  (of a captured motion also angles.mot, moments.sto, powers.sto, marker_errors.sto,
 //                  efforts.json, and model/captured.toml)
 //   mesh/          *.stl, *.vtp
-//   body.glb, body.png, report.html, run.json, settings.toml
+//   body.glb (and skin.glb if asked for), body.png, report.html, run.json, settings.toml
 //
 // Each stage reads the files of earlier stages, so an interrupted run continues at the first unfinished
 // stage.
@@ -70,6 +70,7 @@ struct RunSettings {
   std::optional<double> step;          ///< s, fixed or first; empty: the scene's default
   double mesh_tolerance_mm = 1;
   bool keep_paths = false;         ///< outputs name inputs by whole paths, not by file names alone
+  bool skin = false;               ///< also write skin.glb, one closed skin (skin.hpp)
   bool deface = false;             ///< meshes, picture and report without the face (deface.hpp)
   bool untrusted_is_fine = false;  ///< continue with a motion whose certificate says untrusted
   Leap leap;

@@ -14,6 +14,7 @@
 #include "pipeline/export/mesh.hpp"
 #include "pipeline/export/mesh_file.hpp"
 #include "pipeline/export/render.hpp"
+#include "pipeline/export/skin.hpp"
 #include "pipeline/export/trajectory_file.hpp"
 #include "pipeline/files/warnings_json.hpp"
 #include "pipeline/files/whole_file.hpp"
@@ -218,6 +219,30 @@ Result<json> make_glb(RunData& data) {
   if (auto written = write_whole(data.file("body.glb"), *bytes); !written)
     return tl::unexpected(written.error());
   return json::object();
+}
+
+Result<json> make_skin(RunData& data) {
+  const auto labels = data.labels();
+  if (!labels) return tl::unexpected(labels.error());
+  const auto table = data.table();
+  if (!table) return tl::unexpected(table.error());
+  const auto segmentation = data.segmentation();
+  if (!segmentation) return tl::unexpected(segmentation.error());
+  const auto trajectory = data.trajectory();
+  if (!trajectory) return tl::unexpected(trajectory.error());
+  const Landmarks& landmarks = (*segmentation)->landmarks;
+  std::vector<Warning> said_by_the_scene;
+  SkinOptions options;
+  options.tolerance = 1e-3 * data.settings.mesh_tolerance_mm;
+  options.threads = data.settings.threads;
+  const auto skin = skin_of(**labels, skin_joints(**labels, landmarks),
+                            scan_poses(movable_parts(**table, said_by_the_scene), landmarks), options);
+  if (!skin) return tl::unexpected(skin.error());
+  const auto bytes = glb(*skin, **trajectory, {data.settings.subject});
+  if (!bytes) return tl::unexpected(bytes.error());
+  if (auto written = write_whole(data.file("skin.glb"), *bytes); !written)
+    return tl::unexpected(written.error());
+  return json{{"triangles", skin->mesh.triangles.size()}, {"bones", skin->bones.size()}};
 }
 
 Result<json> draw_picture(RunData& data) {

@@ -25,6 +25,9 @@ Result<nlohmann::json> make_meshes(RunData& data, const StageProgress& progress)
 /// Writes body.glb.
 Result<nlohmann::json> make_glb(RunData& data);
 
+/// Writes skin.glb.
+Result<nlohmann::json> make_skin(RunData& data);
+
 /// Writes body.png; without a display only warns.
 Result<nlohmann::json> draw_picture(RunData& data);
 

@@ -162,6 +162,8 @@ void print(const Phantom& phantom, const Grid& grid, const Written& files) {
     fmt::print("{}\n", path);
 }
 
+constexpr std::array walk_endings{".trc", "_grf.mot", "_moments.sto"};
+
 /// Writes the walk's markers, ground forces and joint moments.
 Result<void> write_walk(const std::string& stem, const Phantom& phantom, const Command& command) {
   PartInertials inertials;
@@ -193,6 +195,9 @@ Result<nlohmann::json> work(PhantomAsked asked, const Command& command) {
   if (const auto settled = settle(asked); !settled) return tl::unexpected(settled.error());
   const auto files = names_of(asked.output);
   if (!files) return tl::unexpected(files.error());
+  if (!asked.walk.empty())
+    for (const char* ending : walk_endings)
+      if (auto fine = check_writable(asked.walk + ending); !fine) return tl::unexpected(fine.error());
   const auto phantom = build_phantom(asked.body);
   if (!phantom) return tl::unexpected(phantom.error());
   asked.scan.threads = command.threads;
@@ -209,7 +214,11 @@ Result<nlohmann::json> work(PhantomAsked asked, const Command& command) {
   if (!asked.walk.empty())
     if (auto written = write_walk(asked.walk, *phantom, command); !written)
       return tl::unexpected(written.error());
-  if (!command.json) print(*phantom, grid, *files);
+  if (!command.json) {
+    print(*phantom, grid, *files);
+    if (!asked.walk.empty())
+      for (const char* ending : walk_endings) fmt::print("{}{}\n", asked.walk, ending);
+  }
   nlohmann::json overlap = nlohmann::json::object();
   for (std::size_t label = 1; label < parts.size(); ++label) {
     const double share = phantom->overlap[label];

@@ -177,6 +177,7 @@ Result<nlohmann::json> work(RunAsked asked, const Command& command) {
     return bad_use("--integrator-tolerance", "has no effect with " + settings.method +
                                                  ", whose steps have a fixed length; give --step");
   if (auto fine = check_captured(settings); !fine) return tl::unexpected(fine.error());
+  if (settings.skin && settings.deface) return bad_use("--skin", "keeps the face; leave it or --deface out");
   if (settings.subject.empty()) {
     auto name = name_of_input(settings.volume, settings.keep_paths);
     if (!name) return tl::unexpected(name.error());
@@ -351,6 +352,7 @@ void add_run(CLI::App& program, Command& command) {
   verb->add_option("--damping-ratio", s.leap.damping_ratio, "Damping ratio of the passive joints")
       ->check(number_within(0.0, 10.0))
       ->capture_default_str();
+  verb->add_flag("--skin", s.skin, "Also write skin.glb: one closed skin that bends with the body");
   verb->add_flag("--deface", s.deface,
                  "Remove the face from meshes, picture and report (the labels keep it)");
   verb->add_flag("--keep-paths", s.keep_paths, keep_paths_help);
@@ -367,7 +369,8 @@ void add_run(CLI::App& program, Command& command) {
   group_options(*verb, "Captured motion",
                 {"--motion", "--forces", "--static", "--marker-map", "--other-person", "--recorded-mass",
                  "--cut-off", "--band-draws", "--bvh-unit"});
-  group_options(*verb, "Results", {"--mesh-tolerance", "--deface", "--keep-paths", "--allow-untrusted"});
+  group_options(*verb, "Results",
+                {"--mesh-tolerance", "--skin", "--deface", "--keep-paths", "--allow-untrusted"});
   verb->callback([&command, asked, verb] {
     asked->work_grid_chosen = verb->count("--work-grid") > 0;
     asked->integrator_tolerance_chosen = verb->count("--integrator-tolerance") > 0;
