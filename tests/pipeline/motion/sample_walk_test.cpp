@@ -159,7 +159,8 @@ TEST(SampleWalk, FilesReadBack) {
       EXPECT_EQ(forces.forces[f].force(0, i), -made.force(1, i));
       EXPECT_EQ(forces.forces[f].moment(1, i), made.moment(2, i));
       EXPECT_EQ(std::isnan(forces.forces[f].point(0, i)), std::isnan(made.point(1, i)));
-      if (!std::isnan(made.point(0, i))) EXPECT_EQ(forces.forces[f].point(2, i), -made.point(0, i));
+      if (std::isnan(made.point(0, i))) continue;
+      EXPECT_EQ(forces.forces[f].point(2, i), -made.point(0, i));
     }
   fs::remove_all(folder);
 }
