@@ -35,7 +35,7 @@ struct PlacedMarkers {
 
 /// Brings the scene into the trial's pose by the markers over landmarks, then moves all markers to where the trial
 /// shows them, each on its segment. Points of `markers` are in the world of the scene's start. `trial`: one
-/// frame, z up. Joints are drawn to the anatomical position or the start with the share 1/4 (body_rest_weights);
+/// frame, z up. Joints are drawn to the anatomical position or the start with the share 5/4 (body_rest_weights);
 /// those of another person who stands with 1/16, since there a marker's distance from the landmark is the
 /// other shape rather than another pose. Errors: fewer than
 /// three markers over landmarks; as compile and fit_motion.

@@ -4,8 +4,12 @@
 #include <gtest/gtest.h>
 
 #include "dynamics/numbers/rotation_vector.hpp"
+#include "pipeline/motion/gait_angles.hpp"
 #include "pipeline/motion/recorded_trajectory.hpp"
+#include "pipeline/motion/sample_walk.hpp"
 #include "pipeline/motion/scaled_scene.hpp"
+#include "pipeline/motion/solid_poses.hpp"
+#include "pipeline/motion/walk_markers.hpp"
 #include "tests/pipeline/motion/phantom_recording.hpp"
 
 namespace borelli::test::captured_motion_test {
@@ -154,6 +158,60 @@ TEST(CapturedMotion, OtherPersonsAnglesFitTheBodysSize) {
   // sizes are found within their 10 % prior: a joint centre that is 5 mm off turns a limb of 0.4 m by 0.7 degrees
   for (const auto& [joint, angle] : squat)
     EXPECT_LT(largest_turn(system, joint, truth, motion.positions), 0.07) << joint;
+}
+
+// A person who is the phantom 1.08 times as large walks with 1.08 times its markers' ways. The smaller body must
+// stand where it stands: heel until a third of the cycle, ball of the foot from then to toe-off.
+TEST(CapturedMotion, FeetOfAnotherPersonsWalkNeitherSlideNorSink) {
+  const Subject& s = subject();
+  constexpr double size = 1.08;
+  const auto places = need(walk_markers(s.scene, s.phantom.landmarks));
+  const FootSoles soles = standing_soles(s.phantom.landmarks);
+  const SampleWalk walk = need(sample_walk(s.scene, places, soles));
+  Scene placed = s.scene;
+  for (const auto& [name, at] : places) placed.markers.push_back({name, at});
+  const System system = need(compile(placed));
+  CapturedRecording recording;
+  recording.motion = walk.markers;
+  recording.trial = recording_of(placed, {{0}, system.initial.q.transpose()});
+  for (MarkerMotion* markers : {&recording.motion, &*recording.trial})
+    for (Matrix3Xd& frame : markers->frames) frame *= size;
+  for (const ExternalLoad& load : walk.loads) {
+    recording.forces.push_back(load.measured);
+    recording.forces.back().force *= size * size * size;
+    recording.forces.back().point *= size;
+    recording.forces.back().moment *= size * size * size * size;
+  }
+  const BodyMarkers markers =
+      body_markers(recording.motion.names, s.phantom.landmarks, segments_of(s.scene), PointKind::markers);
+  const auto motion = need(captured_motion({s.scene, soles}, markers, recording, {.other_person = true}));
+  EXPECT_NEAR(motion.length_ratio, 1 / size, 0.01);
+  // times are kept, so that accelerations are not those of a body of this size: its mass is told within 5 %
+  EXPECT_NEAR(motion.mass_ratio, 1 / (size * size * size), 0.04);
+
+  SolidPoses start(system), poses(system);
+  start.update(0, system.initial.q);
+  for (const ExternalLoad& load : walk.loads) {
+    const int foot = solid_index(system, load.body);
+    const double lead = load.body == "foot_left" ? 0.5 : 0;
+    const struct {
+      std::size_t point;
+      double from, to;
+    } stands[]{{0, 0.05, 0.3}, {1, 0.15, stance_share - 0.05}};
+    for (const auto& stand : stands) {
+      const Vector3d p_S = start.of(foot).inverse() * soles.at(load.body)[stand.point];
+      std::map<double, Vector3d> first;  // by step
+      for (std::size_t i = 0; i < motion.positions.times.size(); ++i) {
+        const double cycles = motion.positions.times[i] / walk.timing.cycle - lead, step = std::floor(cycles);
+        if (cycles - step < stand.from || cycles - step > stand.to) continue;
+        poses.update(0, motion.positions.q.row(Eigen::Index(i)).transpose());
+        const Vector3d p = poses.of(foot) * p_S;
+        const Vector3d& at = first.emplace(step, p).first->second;
+        EXPECT_LT((p - at).head<2>().norm(), 0.005) << load.body << stand.point << " at " << cycles;
+        EXPECT_GT(p.z(), -0.003) << load.body << stand.point << " at " << cycles;
+      }
+    }
+  }
 }
 
 TEST(CapturedMotion, RefusesMarkersThatTellNoPlace) {
