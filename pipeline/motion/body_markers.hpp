@@ -24,12 +24,13 @@ enum class PointKind { markers, joints };
 
 struct BodyMarkers {
   std::vector<BodyMarker> markers;   ///< in the order of the names
-  std::vector<std::string> unknown;  ///< names that say no place, or one on a segment that the body lacks
+  std::vector<std::string> unknown;  ///< names without a known place, or on a segment that the body lacks
 };
 
-/// Finds markers by the names of common sets (data/marker_names.csv; joints: data/joint_names.csv). Letters alone count, without a subject's
-/// name before a colon. `own` (marker to landmark or segment, e.g. "RTHI1 = thigh_right") goes before the
-/// table. `segments`: those of the body. A marker over a landmark that was not found only follows its segment.
+/// Finds markers by the names of common sets: data/marker_names.csv, for joints data/joint_names.csv. Only letters
+/// and digits are compared, small and capital alike; a subject's name before a colon is left out. `own` maps
+/// markers to landmarks or parts ("RTHI1 = thigh_right") and takes precedence. `segments`: those of the body. If
+/// a marker's landmark is missing, the marker is somewhere on the segment.
 BodyMarkers body_markers(const std::vector<std::string>& names, const Landmarks& landmarks,
                          const std::vector<std::string>& segments, PointKind kind,
                          const JointMapping& own = {});

@@ -152,7 +152,6 @@ Result<CapturedMotion> captured_motion(const BodyModel& body, const BodyMarkers&
   out.trial = trial;
   out.standing = recording.trial.has_value();
   out.landmark_distance = placed->landmark_distance;
-  out.followers = placed->followers;
   out.warnings.insert(out.warnings.end(), placed->warnings.begin(), placed->warnings.end());
   tell_placement(out, request.other_person, out.warnings);
 

@@ -19,11 +19,11 @@
 
 namespace borelli {
 
-/// A body as build_skeleton makes it of a scan, without a leap. Its scene starts in the scan's pose, whose world
-/// are the patient's axes in metres.
+/// A scanned body. `scene` is that of build_skeleton without a leap: it starts in the scan's pose, and its world
+/// has the patient's axes, in metres.
 struct BodyModel {
   Scene scene;
-  FootSoles soles;
+  FootSoles soles;  ///< only needed for another person's motion
 };
 
 struct CapturedRecording {
@@ -33,38 +33,37 @@ struct CapturedRecording {
 };
 
 struct CapturedMotionRequest {
-  /// The recorded person is not the scanned one: the motion is made to fit the body's size, its feet are set down
-  /// on the ground, and forces scale with the mass.
+  /// Whether the recorded person is another than the scanned one. Then the motion is fitted to the body's size,
+  /// its feet are set on the ground, and forces scale with its mass (motion_transfer.hpp).
   bool other_person = false;
   std::optional<double> recorded_mass;  ///< kg, of the other person; empty: as the forces tell
   double cutoff = 6;                    ///< Hz, of the low-pass filter over the positions; 0: none
   std::function<void(double)> progress;
 };
 
-/// What the motion of a body is made of. World axes, z up.
+/// A body's motion with everything that it was computed from. World axes, z up.
 struct CapturedMotion {
   Scene scene;            ///< the body with the markers at their places; starts in the first pose
-  MarkerMotion markers;   ///< of this body: measured, or made for its size
+  MarkerMotion markers;   ///< as recorded; of another person: as this body would show them
   MarkerMotion trial;     ///< one frame in which the markers were placed
   bool standing = false;  ///< whether it shows the person standing
-  std::vector<std::string> followers;  ///< markers whose places on their segments only the trial gives
   MotionFit fit;
   RecordedPositions positions;
   std::vector<ExternalLoad> loads;  ///< on the feet
   RecordedEfforts efforts;
-  double landmark_distance =
-      0;  ///< m, rms of the markers in the trial from the landmarks that they stand over
-  double length_ratio = 1, mass_ratio = 1;  ///< of the body to the recorded person
+  double landmark_distance = 0;             ///< m, rms distance of the trial's markers from their landmarks
+  double length_ratio = 1, mass_ratio = 1;  ///< body over recorded person
   std::vector<std::string> warnings;
 };
 
-/// Fits the recording to the body and finds its joint moments.
-///
-/// The recording's up is its own, or the axis along which markers of trunk and head lie above those of the feet.
-/// The trial (without one: the first frame that shows most markers) places all markers on their segments in
-/// the pose that brings those over landmarks nearest; another person's model is first sized to it
-/// (static_fit.hpp). Then every frame is fitted (motion_fit.hpp), and inverse dynamics follow. Errors: fewer
-/// than three markers over landmarks; those of the steps.
+/// Fits the recording to the body and computes the joint moments:
+///   1. Up is the recording's own, or the axis along which trunk and head lie above the feet.
+///   2. The standing trial places the markers on the body (marker_placement.hpp). Without a trial, the first
+///      frame that shows the most markers does.
+///   3. Each frame is fitted to its markers (motion_fit.hpp).
+///   4. Another person's motion is transferred to the body (motion_transfer.hpp).
+///   5. Inverse dynamics gives the joint moments (motion_efforts_table.hpp).
+/// Errors: fewer than three markers over landmarks; those of the steps.
 Result<CapturedMotion> captured_motion(const BodyModel& body, const BodyMarkers& markers,
                                        const CapturedRecording& recording,
                                        const CapturedMotionRequest& request);

@@ -1,5 +1,5 @@
-// How sure joint moments are: the deviations of the inertia table, of the joint centres and of the markers,
-// sampled through the whole way from markers to moments.
+// Standard deviations of joint moments. They come from draws of the inertia table, the joint centres and the
+// markers, each carried through the whole computation from markers to moments.
 #pragma once
 
 #include <functional>
@@ -13,7 +13,7 @@
 
 namespace borelli {
 
-/// What the body of a motion was made from, to make it again from other draws.
+/// The measurements that the body was made from. Each draw changes them and makes the body again.
 struct BodySource {
   const InertiaTable& table;  ///< with deviations
   const Landmarks& landmarks;
@@ -38,10 +38,12 @@ struct EffortBands {
 
 /// Draws each cause alone and adds the variances, as those of independent errors:
 ///   masses         mass, gravity centre and tensor of each part by its deviations, those by the density curve
-///                  alike in all parts, the others independently; a draw that no body can have is drawn again
+///                  alike in all parts, the others independently. An impossible inertia is drawn
+///                  again, up to 20 times; then the part keeps its own
 ///   joint centres  each landmark by its deviation along each axis; the body is built again, the markers are
 ///                  placed on it again, and the motion is fitted again
-///   markers        each marker shifts on its segment by the error that it shows in the fit; fitted again
+///   markers        each marker is shifted on its segment by its own rms error in the fit, and the motion is
+///                  fitted again
 /// The same seed gives the same bands on any number of threads. Errors: a table without deviations, more than a
 /// quarter of the draws failed.
 Result<EffortBands> effort_bands(const CapturedMotion& motion, const BodySource& source,

@@ -10,16 +10,25 @@
 
 namespace borelli {
 
-/// {"source", "mass_kg", "times" (s), "coordinates": [{"name", "label", "joint", "solid", "angle_deg", "moment" (N m),
-/// "deviation" (N m), "shares" (of the variance, by cause), "power" (W)}], "residuals": [{"coordinate", "unit",
-/// "rms", "peak", "percent_of_peak_force"}], "forces": [{"name", "solid", "force" (N, world), "point" (m, world;
-/// null where there is none)}]}. Coordinates: those of joints between two segments; a ball has three, whose
-/// angles are its rotation vector's parts. Without bands "deviation" and "shares" are left out. Forces are taken
-/// at the times of the efforts. `source`: what was recorded, in words.
+/// The members of the object:
+///   source       what was recorded, in words, as given
+///   mass_kg      of the body
+///   times        s
+///   coordinates  one for each rotation between two segments; a ball has three
+///     name, label, joint, solid
+///     angle_deg  a ball's are the components of its rotation vector
+///     moment     N m
+///     deviation  N m, one standard deviation; only with bands
+///     shares     of the variance, by cause; only with bands
+///     power      W
+///   residuals    as residual_report
+///   forces       of each foot on a plate: name, solid, and at each time `force` (N, world) and `point` (m, world;
+///                null without contact)
 nlohmann::json effort_report(const CapturedMotion& motion, const System& system,
                              const std::optional<EffortBands>& bands, const std::string& source);
 
-/// The residuals alone, as in "residuals".
+/// The forces and moments left at the root: [{"coordinate", "unit", "rms", "peak", "percent_of_peak_force"}]; the
+/// percentage only for forces, and only if some were measured.
 nlohmann::json residual_report(const RecordedEfforts& efforts);
 
 }  // namespace borelli

@@ -17,9 +17,9 @@ struct LegAngles {
 
 /// Angles at a phase of the gait cycle (1: a whole cycle, from one heel strike to the next of the same foot).
 ///
-/// Mean of healthy adults: angles at the ends of the phases of gait after Perry and Burnfield, Gait Analysis
-/// (2nd ed., 2010, chapters 3 to 6), read off every 5 % between them; seven harmonics go through them, as many
-/// as Winter (Biomechanics and Motor Control of Human Movement, 4th ed., 2009, chapter 3) finds in gait.
+/// A rounded sketch of healthy adults' walking, one value every 5 % of the cycle, smoothed by seven harmonics. Its
+/// shape is that of Perry and Burnfield, Gait Analysis (2nd ed., 2010); its numbers are not from a table there.
+/// It is no reference for normal gait.
 LegAngles leg_angles(double phase);
 
 /// Share of the cycle for which a foot stands (Perry and Burnfield 2010: 62 %).

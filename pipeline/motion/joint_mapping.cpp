@@ -48,9 +48,11 @@ Result<JointMapping> parse_joint_mapping(std::string_view text, const std::strin
       continue;
     const std::string where = fmt::format("{}:{}", file, rows.number());
     if (joint.empty() || segment.empty())
-      return bad_use(where, fmt::format("is '{}', expected a joint and its segment", printable(line)));
+      return bad_use(where,
+                     fmt::format("is '{}', expected a name and its place, as in 'LeftUpLeg = thigh_left'",
+                                 printable(line)));
     if (!segments.empty() && std::ranges::find(segments, segment) == segments.end())
-      return bad_use(where, fmt::format("names the segment '{}', which there is not{}", printable(segment),
+      return bad_use(where, fmt::format("'{}' is not a place on the body{}", printable(segment),
                                         suggestion(segment, segments)));
     if (!seen.emplace(joint).second)
       return bad_use(where, fmt::format("names the joint '{}' a second time", printable(joint)));

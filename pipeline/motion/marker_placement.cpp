@@ -196,7 +196,6 @@ Result<PlacedMarkers> place_markers(const Scene& scene, const std::vector<BodyMa
         out.scene.markers.push_back({marker.name, {marker.segment, X_WS.inverse() * *marker.point}});
       } else {
         following.push_back({marker.name, {marker.segment, Vector3d::Zero()}});
-        out.followers.push_back(marker.name);
       }
     }
   }
@@ -237,7 +236,7 @@ Result<PlacedMarkers> place_markers(const Scene& scene, const std::vector<BodyMa
     return tl::unexpected(moved.error());
   // a follower that the trial does not show has no place
   std::erase_if(out.scene.markers, [&](const Marker& marker) {
-    return std::ranges::find(out.followers, marker.name) != out.followers.end() &&
+    return std::ranges::find(following, marker.name, &Marker::name) != following.end() &&
            std::ranges::find(shown.names, marker.name) == shown.names.end();
   });
   start_at(out.scene, *system, q);

@@ -13,9 +13,10 @@
 
 namespace borelli {
 
-/// Rest weights (MarkerFitSettings) of a body's pose, per velocity component: a joint that is `share` of
-/// its published range away from the start counts like one of `markers` markers that is 1 cm away, a skin's usual
-/// shift. Joints without a range: 2 rad. Arms: at least 1/4. What hangs on the world: 0.
+/// Rest weights of a body's joints (MarkerFitSettings), one per velocity component. A joint that has moved by
+/// `share` times its published range from the start costs as much as one of `markers` markers that is off by
+/// 1 cm. A joint without a published range is given 2 rad. For arms `share` is at least 1/4. Coordinates of
+/// bodies that hang on the world have weight 0.
 Eigen::VectorXd body_rest_weights(const System& system, std::size_t markers, double share);
 
 struct PlacementRequest {
@@ -26,24 +27,22 @@ struct PlacementRequest {
 };
 
 struct PlacedMarkers {
-  Scene scene;                         ///< with all markers; starts in the trial's pose
-  std::vector<double> factors;         ///< per solid, of its size; 1 unless sized to the trial
-  double landmark_distance = 0;        ///< m, rms of the markers from their landmarks in the trial's pose
-  std::vector<std::string> followers;  ///< markers that stand over no landmark
+  Scene scene;                   ///< with all markers; starts in the trial's pose
+  std::vector<double> factors;   ///< per solid, of its size; 1 unless sized to the trial
+  double landmark_distance = 0;  ///< m, rms of the markers from their landmarks in the trial's pose
   std::vector<std::string> warnings;
 };
 
-/// Brings the scene into the trial's pose by the markers over landmarks, then moves all markers to where the trial
-/// shows them, each on its segment. Points of `markers` are in the world of the scene's start. `trial`: one
-/// frame, z up. Joints are drawn to the anatomical position or the start with the share 5/4 (body_rest_weights);
-/// those of another person who stands with 1/16, since there a marker's distance from the landmark is the
-/// other shape rather than another pose. Errors: fewer than
-/// three markers over landmarks; as compile and fit_motion.
+/// Fits the scene's pose to the markers over landmarks, then moves every marker to its place in the trial, each on
+/// its own segment. `markers` gives points in the world of the scene's start; `trial` is one frame, z up. Rest
+/// weights hold joints near the start, or near the anatomical position if the person stands. Their share is 5/4.
+/// It is 1/16 for another person who stands: there the distance of a marker from its landmark shows another
+/// shape, not another pose. Errors: fewer than three markers over landmarks; as compile and fit_motion.
 Result<PlacedMarkers> place_markers(const Scene& scene, const std::vector<BodyMarker>& markers,
                                     const MarkerMotion& trial, const PlacementRequest& request);
 
-/// Fits a scene that starts in the trial's pose to a recording that may begin elsewhere: the whole body is first
-/// laid onto the first frame's markers.
+/// Fits a scene that starts in the trial's pose to every frame of a recording. First the whole body is moved
+/// rigidly onto the markers of the first frame, which may be far from the trial.
 Result<MotionFit> fit_placed(const Scene& scene, const MarkerMotion& motion,
                              const std::function<void(double)>& progress = {});
 

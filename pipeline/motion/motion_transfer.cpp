@@ -102,9 +102,9 @@ void move_points(MeasuredForce& measured, const System& from, const RecordedMoti
   }
 }
 
-/// The body's markers as it would have been recorded: its own places with the recording's errors.
-MarkerMotion recording_of(const MotionFit& fit, const Scene& body, const RecordedPositions& positions,
-                          const MarkerMotion& recorded) {
+/// The markers as a recording of the body would show them: their places on the body plus the fit's errors.
+MarkerMotion markers_on_body(const MotionFit& fit, const Scene& body, const RecordedPositions& positions,
+                             const MarkerMotion& recorded) {
   MarkerMotion out{fit.markers, fit.times, {}, recorded.up};
   std::size_t f = 0;
   for (std::size_t i = 0; i < fit.times.size(); ++i) {
@@ -166,7 +166,7 @@ Result<void> transfer_motion(CapturedMotion& motion, const BodyModel& body,
   const auto trial_places = marker_places(scene, names, trial_q);
   if (!trial_places) return tl::unexpected(trial_places.error());
   motion.trial = {names, {0}, {*trial_places}, Vector3d::UnitZ()};
-  motion.markers = recording_of(motion.fit, scene, *planted, motion.markers);
+  motion.markers = markers_on_body(motion.fit, scene, *planted, motion.markers);
   motion.positions = std::move(*planted);
   motion.scene = std::move(scene);
   return {};

@@ -1,4 +1,5 @@
-// Another person's motion on a body: angles kept, way and forces to its size, feet set down on the ground.
+// Transfers another person's motion to a body: joint angles stay, path and forces scale to its size, and its
+// feet are set on the ground.
 #pragma once
 
 #include <vector>
@@ -8,16 +9,18 @@
 
 namespace borelli {
 
-/// `motion` holds the recorded person's sized model, its fit and its loads; afterwards it holds the body's.
-/// `factors`: of the sized model's solids to the body's.
-///
-/// Angles stay. Lengths of the way scale with the legs; heights count from the level of the lowest sole point. A
-/// sole point stands while it is within 15 mm of the height that it has in the lowest tenth of the recording and
-/// slower than 0.3 m/s, for at least 0.1 s: there the foot is held by least squares in the flat pose that it
-/// has while most of its points stand, its soles at height 0; no sole point goes below 0. Forces scale with the
-/// mass and act at the same place of the foot, at height 0. The recorded mass, if not told, is the upper
-/// quartile of F_z / (g + a_z) over the samples of at least half of the largest F_z, where a is that of the
-/// gravity centre: smaller values come from a foot beside the plates.
+/// Replaces the recorded person's sized model, fit and loads in `motion` by those of the body. `factors`: size of
+/// the sized model over the body, per solid.
+///   path    Joint angles stay. The root's path scales with the length of the legs; its height counts from the
+///           lowest sole point of the recording.
+///   stance  A sole point stands while it is within 15 mm of its lowest height (the mean level of its lowest
+///           tenth of frames) and slower than 0.3 m/s, for at least 0.1 s. A standing foot is held in one flat
+///           pose, its soles at height 0: the mean pose of the frames in which most of its points stand. Least
+///           squares brings it there. No sole point goes below 0.
+///   forces  They scale with the mass, and act at the same place of the foot, at height 0. The recorded mass, if
+///           it is not given, is the upper quartile of F_z / (g + a_z) over the samples with at least half of
+///           the largest F_z; a_z is the gravity centre's acceleration. (A foot beside the plates makes F_z
+///           too small, so lower values are not used.)
 Result<void> transfer_motion(CapturedMotion& motion, const BodyModel& body,
                              const std::vector<double>& factors, const CapturedMotionRequest& request);
 

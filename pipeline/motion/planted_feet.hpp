@@ -1,4 +1,4 @@
-// Sets the feet of a body on the ground, after the motion of a person of another size.
+// Sets the feet of a body on the ground where the feet of a person of another size stood.
 #pragma once
 
 #include <vector>

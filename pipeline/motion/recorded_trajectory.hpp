@@ -1,4 +1,4 @@
-// A recorded motion as a trajectory, to be shown and exported like a simulated one.
+// Converts a recorded motion to a trajectory, so that viewers and exporters treat it like a simulated one.
 #pragma once
 
 #include "dynamics/system/trajectory.hpp"
@@ -7,9 +7,9 @@
 
 namespace borelli {
 
-/// Times, positions, velocities and accelerations of the smooth motion, with the poses, momenta and energies that
-/// follow from them. Nothing was integrated: the certificate's method is "captured motion", and `work` is the
-/// change of energy, which the joints and the ground account for. Errors: as evaluate.
+/// Takes times, positions, velocities and accelerations from `motion` and computes poses, momenta and energies.
+/// `work` is the change of energy since the start, done by joints and ground. Nothing is integrated, so the
+/// certificate holds no checks; its method is "captured motion". Errors: as evaluate.
 Result<Trajectory> recorded_trajectory(const System& system, const RecordedEfforts& motion);
 
 }  // namespace borelli

@@ -157,7 +157,7 @@ class WalkMaker {
   WalkMaker(const System& system, const std::array<WalkingFoot, 2>& feet, WalkTiming timing, MarkerFit fit)
       : system_(&system), feet_(feet), timing_(timing), fit_(std::move(fit)), root_(root_index(system)) {}
 
-  /// Planned centre of pressure of both feet, walking on the spot.
+  /// Planned centre of pressure of the two feet together, less the forward motion speed * t.
   Eigen::Vector2d pressure(double cycles) const {
     Eigen::Vector2d sum(0, timing_.stride() * cycles);
     for (const WalkingFoot& foot : feet_)

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "dynamics/equations/momentum.hpp"
 #include "pipeline/motion/solid_poses.hpp"
 
 namespace borelli {
@@ -18,23 +19,6 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr double sole_room = 0.02;  // m, of flesh around the points of the sole
-
-Vector3d gravity_centre_at(const System& system, SolidPoses& poses, const State& state) {
-  poses.update(state.t, state.q);
-  double mass = 0;
-  Vector3d sum = Vector3d::Zero();
-  for (std::size_t s = 0; s < system.solids.size(); ++s) {
-    // solids welded together are one body: count its inertia once
-    const int b = system.solid_bodies[s];
-    const Body& body = system.bodies[std::size_t(b)];
-    if (b == 0 || body.solids.front() != int(s)) continue;
-    const Inertial& inertial = system.parameters.inertials[std::size_t(b)];
-    const Pose X_WB = poses.of(int(s)) * system.parameters.solid_places[s].X.inverse();
-    mass += inertial.mass;
-    sum += inertial.mass * (X_WB * inertial.centre);
-  }
-  return sum / mass;
-}
 
 /// How far a centre of pressure is outside of the box around a standing foot's sole, m.
 double beyond_sole(const WalkingFoot& foot, const WalkTiming& timing, const FootSoles& soles, double cycles,
@@ -88,7 +72,7 @@ WalkLoads walk_loads(const System& system, const RecordedMotion& motion, const s
     out.loads.push_back({foot.solid, "ground", "ground", {foot.solid, times, nothing, nowhere, nothing}});
   }
   RootWrenches wrenches(system);
-  SolidPoses poses(system);
+  Kinematics kinematics(system, Equations::recursive);
   State state;
   VectorXd a;
   double farthest = 0, when = 0;
@@ -96,7 +80,8 @@ WalkLoads walk_loads(const System& system, const RecordedMotion& motion, const s
     const double t = times[std::size_t(i)], cycles = t / timing.cycle;
     motion.at(t, state, a);
     const GroundWrench whole = wrenches.needed(state, a);
-    const Vector3d centre = gravity_centre_at(system, poses, state);
+    update_kinematics(system, system.parameters, t, state.q.data(), state.v.data(), kinematics);
+    const Vector3d centre = momenta(system, system.parameters, kinematics).centre;
     std::array<double, 2> share{};
     std::array<Vector3d, 2> force, point;
     Vector2d planned = Vector2d::Zero();

@@ -12,9 +12,8 @@ namespace {
 std::vector<std::string> walk_marker_names() {
   std::vector<std::string> names{"CLAV", "C7", "STRN", "Top.Head"};
   for (const char* side : {"R.", "L."})
-    for (const char* name :
-         {"ASIS", "PSIS", "Knee.Lat", "Knee.Med", "Ankle.Lat", "Ankle.Med", "Heel", "Toe.Tip", "MT1", "MT5",
-          "Elbow.Lat", "Elbow.Med", "Wrist.Lat", "Wrist.Med", "Hand"})
+    for (const char* name : {"ASIS", "PSIS", "Knee.Lat", "Knee.Med", "Ankle.Lat", "Ankle.Med", "Heel",
+                             "Toe.Tip", "MT1", "MT5", "Elbow.Lat", "Elbow.Med", "RSP", "USP", "Hand"})
       names.push_back(std::string(side) + name);
   return names;
 }

@@ -151,7 +151,8 @@ Result<json> capture_motion(RunData& data, const StageProgress& progress) {
   if (settings.recorded_mass > 0) request.recorded_mass = settings.recorded_mass;
   request.cutoff = settings.cutoff;
   request.progress = [&](double done) { progress(0.3 * done); };
-  const BodyModel body{**scene, foot_soles((*segmentation)->labels, landmarks)};
+  BodyModel body{**scene, {}};
+  if (settings.other_person) body.soles = foot_soles((*segmentation)->labels, landmarks);
   const auto motion = captured_motion(body, markers, read->recording, request);
   if (!motion) return tl::unexpected(motion.error());
 

@@ -26,10 +26,12 @@ TEST(JointMapping, MistakesAreNamedWithTheirLine) {
     const auto mapping = parse_joint_mapping(text, "a.txt", {"thigh_left", "thigh_right"});
     return mapping ? "no error" : mapping.error().message();
   };
-  EXPECT_EQ(error("Hips\n"), "a.txt:1: is 'Hips', expected a joint and its segment");
-  EXPECT_EQ(error("Hips =\n"), "a.txt:1: is 'Hips =', expected a joint and its segment");
+  EXPECT_EQ(error("Hips\n"),
+            "a.txt:1: is 'Hips', expected a name and its place, as in 'LeftUpLeg = thigh_left'");
+  EXPECT_EQ(error("Hips =\n"),
+            "a.txt:1: is 'Hips =', expected a name and its place, as in 'LeftUpLeg = thigh_left'");
   EXPECT_EQ(error("a thigh_lift\n"),
-            "a.txt:1: names the segment 'thigh_lift', which there is not, did you mean 'thigh_left'?");
+            "a.txt:1: 'thigh_lift' is not a place on the body, did you mean 'thigh_left'?");
   EXPECT_EQ(error("a thigh_left\na thigh_right\n"), "a.txt:2: names the joint 'a' a second time");
   EXPECT_EQ(error("# nothing\n"), "a.txt: maps no joint, expected lines with a joint and its segment");
   EXPECT_EQ(read_joint_mapping("/dev/zero").error().message(),
