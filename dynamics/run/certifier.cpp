@@ -19,6 +19,7 @@ constexpr double own_part = 0.05;
 }  // namespace
 
 std::string vouches_for(const Certificate& c) {
+  if (c.method == captured_method) return "nothing: the motion was recorded, not computed";
   const std::string kept = "energy, momenta and constraints";
   if (std::isnan(c.known_until)) return kept + ", not the state: set an accuracy to bound its error";
   return fmt::format("{}, and the state to {:.3g} up to t = {:.6g} s{}", kept, c.accuracy, c.known_until,

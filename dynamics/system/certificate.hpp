@@ -9,8 +9,11 @@ namespace borelli {
 
 struct Certificate;
 
+/// `Certificate::method` of a motion that was recorded, not integrated: the certificate then holds no checks.
+inline constexpr const char* captured_method = "captured motion";
+
 /// One line on what a trusted certificate guarantees: conservation always, the state only if an accuracy was
-/// asked for.
+/// asked for; nothing for a recorded motion.
 std::string vouches_for(const Certificate& certificate);
 
 /// A quantity that the scene conserves (a component of momentum), and its drift in the run.

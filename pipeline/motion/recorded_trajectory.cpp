@@ -35,7 +35,7 @@ Result<Trajectory> recorded_trajectory(const System& system, const RecordedEffor
                        out.potential.front());
   }
   out.certificate.trusted = true;
-  out.certificate.method = "captured motion";
+  out.certificate.method = captured_method;
   out.certificate.equations = "recursive";
   return out;
 }

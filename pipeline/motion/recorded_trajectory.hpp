@@ -9,7 +9,7 @@ namespace borelli {
 
 /// Takes times, positions, velocities and accelerations from `motion` and computes poses, momenta and energies.
 /// `work` is the change of energy since the start, done by joints and ground. Nothing is integrated, so the
-/// certificate holds no checks; its method is "captured motion". Errors: as evaluate.
+/// certificate holds no checks; its method is `captured_method`. Errors: as evaluate.
 Result<Trajectory> recorded_trajectory(const System& system, const RecordedEfforts& motion);
 
 }  // namespace borelli

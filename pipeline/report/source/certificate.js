@@ -1,15 +1,26 @@
 // What the simulation's certificate says, in words.
 import { h, seconds, significant } from './dom.js';
 
+/** The certificate's method of a recorded motion: nothing was computed, so nothing was checked. */
+const recordedMethod = 'captured motion';
+
 /** One line for the page's top: {trusted, text}; null without a motion. */
 export function verdictOf(motion) {
   if (!motion) return null;
-  const { trusted } = motion.certificate;
+  const { trusted, method } = motion.certificate;
+  if (method === recordedMethod) return { trusted, text: 'recorded' };
   return { trusted, text: trusted ? 'trusted' : 'not trusted' };
 }
 
 export function makeCertificate(motion) {
   const c = motion.certificate;
+  if (c.method === recordedMethod)
+    return h(
+      'div',
+      { class: 'certificate' },
+      h('h3', {}, 'This motion was recorded'),
+      h('p', {}, 'Nothing was simulated, so there is no certificate. Residuals at the root show how well motion, masses and forces agree.'),
+    );
   const sentences = [balanceOf(c), ...residualsOf(c), ...conservedOf(c), stepsOf(c)];
   return h(
     'div',
