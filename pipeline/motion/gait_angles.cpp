@@ -18,7 +18,7 @@ constexpr std::array<double, instants> ankle_deg{0, -4, -4,  -1,  1,   3,  5,  7
                                                  9, 1,  -11, -15, -11, -5, -1, 0, 0, 0};
 constexpr int angle_harmonics = 7;
 
-PeriodicSeries published() {
+PeriodicSeries sketched_angles() {
   Eigen::MatrixXd samples(instants, 3);
   for (int i = 0; i < instants; ++i) {
     const auto k = std::size_t(i);
@@ -30,7 +30,7 @@ PeriodicSeries published() {
 }  // namespace
 
 LegAngles leg_angles(double phase) {
-  static const PeriodicSeries series = published();
+  static const PeriodicSeries series = sketched_angles();
   const Eigen::VectorXd angles = series.at(phase);
   return {angles[0], angles[1], angles[2]};
 }

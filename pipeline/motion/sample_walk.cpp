@@ -69,8 +69,8 @@ int root_index(const System& system) {
   return count == 3 ? first : -1;
 }
 
-/// Angles of everything but the root's way, at a time in cycles.
-VectorXd published_posture(const System& system, double cycles) {
+/// Sketched angles of all joints, with the root at its start; at a time in cycles.
+VectorXd sketched_posture(const System& system, double cycles) {
   VectorXd q = system.initial.q;
   const JointTurns joints(system);
   for (const bool left : {false, true}) {
@@ -180,7 +180,7 @@ class WalkMaker {
     return out;
   }
 
-  /// The hips' height over the planned foot with the published angles, of the leg that leads until the other
+  /// The hips' height over the planned foot with the sketched angles, of the leg that leads until the other
   /// one's heel strikes.
   double hip_height(double cycles) {
     const double phase = 2 * cycles - std::floor(2 * cycles);
@@ -210,7 +210,7 @@ class WalkMaker {
   Result<void> fit_legs(int i, const Vector3d& root, MatrixXd& rows) {
     const double cycles = double(i) / cycle_samples;
     const Vector3d passed(0, timing_.stride() * cycles, 0);
-    VectorXd q = published_posture(*system_, cycles);
+    VectorXd q = sketched_posture(*system_, cycles);
     q.segment<3>(root_) = root;
     SolidPoses poses(*system_);
     poses.update(0, q);

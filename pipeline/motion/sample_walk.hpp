@@ -1,14 +1,15 @@
 // A made-up motion capture of a walking body, whose joint angles, ground forces and joint moments are known.
 //
-// The legs follow published joint angles (gait_angles.hpp) as far as feet that neither slide nor sink allow
-// (walk_plan.hpp), by inverse kinematics. The body's centre sways so that the ground reaction acts where the
-// feet stand: its way is that of a linear inverted pendulum over the planned centre of pressure, improved
-// until inverse dynamics agrees (Kajita and others, Biped walking pattern generation by using preview control
+// Inverse kinematics brings the feet to their planned places (walk_plan.hpp), where they neither slide nor sink,
+// and keeps the legs near sketched joint angles (gait_angles.hpp). The body's centre moves so that the ground
+// reaction acts under the feet: first like a linear inverted pendulum over the planned centre of pressure, then
+// corrected by inverse dynamics (Kajita and others, Biped walking pattern generation by using preview control
 // of zero-moment point, ICRA 2003). Truncated Fourier series make the motion smooth and periodic.
 //
-// The ground forces balance the root exactly. A wrench has six components; a foot on the floor gives them all:
+// The ground forces balance the root exactly. A wrench has six components; a foot on the floor can give all of them:
 // three forces, the centre of pressure for the two horizontal moments, and the vertical free moment. Each
-// force points at the body's gravity centre as far as their sum allows.
+// force points at the body's gravity centre as nearly as the sum of both allows. The walk is exact mechanics, not
+// normal gait.
 #pragma once
 
 #include <cstdint>

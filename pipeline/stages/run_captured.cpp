@@ -47,6 +47,10 @@ Result<ReadRecording> read_captured(const RunSettings& settings, const InputName
     auto forces = read_forces(from.forces);
     if (!forces) return tl::unexpected(forces.error());
     append(warnings, forces->warnings);
+    if (forces->up && from.forces != from.motion)
+      return bad_use(from.forces,
+                     "gives forces in axes of its own, which may not be those of the markers; give this "
+                     ".c3d as the motion too, or the forces as a table (.mot)");
     out.recording.forces = std::move(forces->forces);
     out.in_words += " and " + names.name_of(from.forces);
   }
