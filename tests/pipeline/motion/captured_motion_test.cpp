@@ -8,7 +8,6 @@
 #include "pipeline/motion/recorded_trajectory.hpp"
 #include "pipeline/motion/sample_walk.hpp"
 #include "pipeline/motion/scaled_scene.hpp"
-#include "pipeline/motion/solid_poses.hpp"
 #include "pipeline/motion/walk_markers.hpp"
 #include "tests/pipeline/motion/phantom_recording.hpp"
 
@@ -189,29 +188,8 @@ TEST(CapturedMotion, FeetOfAnotherPersonsWalkNeitherSlideNorSink) {
   // times are kept, so that accelerations are not those of a body of this size: its mass is told within 5 %
   EXPECT_NEAR(motion.mass_ratio, 1 / (size * size * size), 0.04);
 
-  SolidPoses start(system), poses(system);
-  start.update(0, system.initial.q);
-  for (const ExternalLoad& load : walk.loads) {
-    const int foot = solid_index(system, load.body);
-    const double lead = load.body == "foot_left" ? 0.5 : 0;
-    const struct {
-      std::size_t point;
-      double from, to;
-    } stands[]{{0, 0.05, 0.3}, {1, 0.15, stance_share - 0.05}};
-    for (const auto& stand : stands) {
-      const Vector3d p_S = start.of(foot).inverse() * soles.at(load.body)[stand.point];
-      std::map<double, Vector3d> first;  // by step
-      for (std::size_t i = 0; i < motion.positions.times.size(); ++i) {
-        const double cycles = motion.positions.times[i] / walk.timing.cycle - lead, step = std::floor(cycles);
-        if (cycles - step < stand.from || cycles - step > stand.to) continue;
-        poses.update(0, motion.positions.q.row(Eigen::Index(i)).transpose());
-        const Vector3d p = poses.of(foot) * p_S;
-        const Vector3d& at = first.emplace(step, p).first->second;
-        EXPECT_LT((p - at).head<2>().norm(), 0.005) << load.body << stand.point << " at " << cycles;
-        EXPECT_GT(p.z(), -0.003) << load.body << stand.point << " at " << cycles;
-      }
-    }
-  }
+  expect_feet_stand(system, motion.positions, walk.timing, soles,
+                    {{0, 0.05, 0.3}, {1, 0.15, stance_share - 0.05}});
 }
 
 TEST(CapturedMotion, RefusesMarkersThatTellNoPlace) {

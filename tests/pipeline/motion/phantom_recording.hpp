@@ -1,6 +1,8 @@
 // A motion of the phantom, recorded by markers over its exact landmarks: what the motion was is known.
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <Eigen/Geometry>
 #include <cmath>
 #include <map>
@@ -13,6 +15,8 @@
 #include "pipeline/motion/body_markers.hpp"
 #include "pipeline/motion/captured_motion.hpp"
 #include "pipeline/motion/scene_markers.hpp"
+#include "pipeline/motion/solid_poses.hpp"
+#include "pipeline/motion/walk_plan.hpp"
 #include "samples/phantom.hpp"
 
 namespace borelli::test {
@@ -102,6 +106,40 @@ inline Scene with_known_markers(Scene scene, const BodyMarkers& markers) {
       throw std::runtime_error(moved.error().message());
   }
   return scene;
+}
+
+/// A point of the sole (its number in FootSoles) that stands from one share of its foot's cycle to another.
+struct StandingPoint {
+  std::size_t point;
+  double from, to;
+};
+
+/// Expects that points of a walking body's soles slide by less than 5 mm while they stand, and sink by less than
+/// 3 mm below the floor z = 0. The left foot's cycle begins half a cycle later.
+inline void expect_feet_stand(const System& system, const RecordedPositions& positions,
+                              const WalkTiming& timing, const FootSoles& soles,
+                              const std::vector<StandingPoint>& stands) {
+  SolidPoses start(system), poses(system);
+  start.update(0, system.initial.q);
+  for (const auto& [name, points] : soles) {
+    const int foot = solid_index(system, name);
+    const double lead = name == "foot_left" ? 0.5 : 0;
+    for (const StandingPoint& stand : stands) {
+      const Eigen::Vector3d p_S = start.of(foot).inverse() * points[stand.point];
+      std::map<double, Eigen::Vector3d> first;  // by step
+      for (std::size_t i = 0; i < positions.times.size(); ++i) {
+        const double cycles = positions.times[i] / timing.cycle - lead, step = std::floor(cycles);
+        if (cycles - step < stand.from || cycles - step > stand.to) continue;
+        poses.update(0, positions.q.row(Eigen::Index(i)).transpose());
+        const Eigen::Vector3d p = poses.of(foot) * p_S;
+        const Eigen::Vector3d& at = first.emplace(step, p).first->second;
+        EXPECT_LT((p - at).head<2>().norm(), 0.005) << name << stand.point << " at " << cycles;
+        EXPECT_GT(p.z(), -0.003) << name << stand.point << " at " << cycles;
+        EXPECT_LT(p.z(), 0.005) << name << stand.point << " at " << cycles;
+      }
+      EXPECT_GE(first.size(), 2U) << name;
+    }
+  }
 }
 
 }  // namespace borelli::test

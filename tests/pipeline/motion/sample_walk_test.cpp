@@ -7,14 +7,13 @@
 #include <cmath>
 #include <filesystem>
 
-#include "pipeline/body/skeleton.hpp"
 #include "pipeline/motion/gait_angles.hpp"
 #include "pipeline/motion/motion_table_file.hpp"
 #include "pipeline/motion/recording.hpp"
-#include "pipeline/motion/solid_poses.hpp"
 #include "pipeline/motion/trc_file.hpp"
 #include "pipeline/motion/walk_markers.hpp"
 #include "samples/phantom.hpp"
+#include "tests/pipeline/motion/phantom_recording.hpp"
 
 namespace borelli::test::sample_walk_test {
 namespace {
@@ -36,10 +35,7 @@ struct Sample {
   SampleWalk walk;
 
   Sample() {
-    PartInertials inertials;
-    for (std::size_t label = 1; label < parts.size(); ++label)
-      inertials[std::string(parts[label].name)] = phantom.exact[label];
-    scene = need(build_skeleton(inertials, phantom.landmarks, {.leap = std::nullopt})).scene;
+    scene = still_body(exact_parts(phantom), phantom.landmarks);
     system = need(compile(scene));
     walk = need(sample_walk(scene, need(walk_markers(scene, phantom.landmarks)), soles));
   }
@@ -76,34 +72,10 @@ TEST(SampleWalk, VerticalForceIsPositiveAndItsMeanIsTheWeight) {
   EXPECT_NEAR(sum * step / cycle / weight, 1, 1e-3);
 }
 
+// Heel: until 33 % of the cycle; metatarsal head I: from 12 % to toe-off.
 TEST(SampleWalk, StandingFeetNeitherSlideNorSink) {
-  const SampleWalk& walk = sample().walk;
-  SolidPoses start(sample().system), poses(sample().system);
-  start.update(0, sample().system.initial.q);
-  for (const ExternalLoad& load : walk.loads) {
-    const int foot = solid_index(sample().system, load.body);
-    const double lead = load.body == "foot_left" ? 0.5 : 0;
-    const auto& sole = sample().soles.at(load.body);
-    // heel: until 33 % of the cycle; metatarsal head I: from 12 % to toe-off
-    const struct {
-      std::size_t point;
-      double from, to;
-    } stands[]{{0, 0, 0.33}, {1, 0.12, stance_share}};
-    for (const auto& stand : stands) {
-      const Vector3d p_S = start.of(foot).inverse() * sole[stand.point];
-      std::map<double, Vector3d> places;  // by step
-      for (std::size_t i = 0; i < walk.positions.times.size(); ++i) {
-        const double cycles = walk.positions.times[i] / walk.timing.cycle - lead, step = std::floor(cycles);
-        if (cycles - step < stand.from || cycles - step > stand.to) continue;
-        poses.update(0, walk.positions.q.row(Eigen::Index(i)).transpose());
-        const Vector3d p = poses.of(foot) * p_S;
-        const Vector3d& at = places.emplace(step, p).first->second;
-        EXPECT_LT((p - at).head<2>().norm(), 0.005) << load.body << stand.point << " at " << cycles;
-        EXPECT_GT(p.z(), -0.003) << load.body << stand.point << " at " << cycles;
-        EXPECT_LT(p.z(), 0.005) << load.body << stand.point << " at " << cycles;
-      }
-    }
-  }
+  expect_feet_stand(sample().system, sample().walk.positions, sample().walk.timing, sample().soles,
+                    {{0, 0, 0.33}, {1, 0.12, stance_share}});
 }
 
 // Perry and Burnfield (2010): 62 % stance, 80 m/min (1.33 m/s), 113 steps/min. Winter (2009, chapter 5): peak
