@@ -1,0 +1,38 @@
+// Writes scenes as models of other programs: MJCF (MuJoCo), URDF (ROS), OpenSim.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "dynamics/scene/scene.hpp"
+#include "error/error.hpp"
+
+namespace borelli {
+
+/// A file of triangles that shows a solid, in the solid's frame.
+struct ModelMesh {
+  std::string solid;
+  std::string file;            ///< as the model refers to it: relative to the model's folder, or absolute
+  double metres_per_unit = 1;  ///< size of the file's unit
+};
+
+/// What a model file tells beside its scene.
+struct ModelExtras {
+  std::vector<ModelMesh> meshes;
+  std::vector<std::string> comments;  ///< provenance and deviations, one line each
+};
+
+/// The text of a model, and what its format cannot hold.
+struct WrittenModel {
+  std::string text;
+  std::vector<std::string> omissions;  ///< one sentence each, by name
+};
+
+/// A scene as MJCF: read_model() restores the same mechanics. Errors name the solid that MJCF cannot hold.
+Result<WrittenModel> write_mjcf(const Scene& scene, const ModelExtras& extras = {});
+/// A scene as URDF.
+Result<WrittenModel> write_urdf(const Scene& scene, const ModelExtras& extras = {});
+/// A scene as a model of OpenSim (layout of version 4).
+Result<WrittenModel> write_osim(const Scene& scene, const ModelExtras& extras = {});
+
+}  // namespace borelli
