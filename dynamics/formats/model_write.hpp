@@ -1,6 +1,7 @@
 // Writes scenes as models of other programs: MJCF (MuJoCo), URDF (ROS), OpenSim.
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -34,5 +35,14 @@ Result<WrittenModel> write_mjcf(const Scene& scene, const ModelExtras& extras = 
 Result<WrittenModel> write_urdf(const Scene& scene, const ModelExtras& extras = {});
 /// A scene as a model of OpenSim (layout of version 4).
 Result<WrittenModel> write_osim(const Scene& scene, const ModelExtras& extras = {});
+
+/// The endings of files that write_model() writes, for messages.
+inline constexpr const char* model_endings =
+    ".xml or .mjcf (MuJoCo), .urdf (ROS), .osim (OpenSim) or .toml (this program)";
+
+/// A scene in the format that the ending of `path` asks for. Errors: an ending that is none of these; a scene
+/// that does not compile, or that the format cannot hold.
+Result<WrittenModel> write_model(const Scene& scene, const std::filesystem::path& path,
+                                 const ModelExtras& extras = {});
 
 }  // namespace borelli
