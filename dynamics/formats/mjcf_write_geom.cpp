@@ -73,7 +73,7 @@ void add_mjcf_shapes(MjcfDraft& draft, const std::vector<ModelMesh>& meshes) {
         .set("name", name)
         .set("file", mesh.file)
         .set("scale", std::vector<double>(3, mesh.metres_per_unit));
-    add_geom(draft, mesh.solid, {"mesh", {}, {}}).set("mesh", name);
+    add_geom(draft, mesh.solid, {"mesh", {Eigen::Matrix3d::Identity(), mesh.position}, {}}).set("mesh", name);
   }
 }
 

@@ -279,7 +279,7 @@ class UrdfWriter {
   void add_meshes() {
     for (const ModelMesh& mesh : extras_.meshes)
       if (const auto link = links_.find(mesh.solid); link != links_.end())
-        add_geometry(*link->second, "visual", Pose{})
+        add_geometry(*link->second, "visual", {Matrix3d::Identity(), mesh.position})
             .add("mesh")
             .set("filename", mesh.file)
             .set("scale", std::vector<double>(3, mesh.metres_per_unit));
