@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "dynamics/formats/mjcf_draft.hpp"
+#include "dynamics/formats/mjcf_site.hpp"
 #include "dynamics/formats/xml_element.hpp"
 
 namespace borelli {
@@ -237,7 +238,7 @@ class MjcfWriter {
         root.children.push_back(std::move(*section));
     const bool at_rest = std::all_of(rates_.begin(), rates_.end(), [](double v) { return v == 0; });
     if (!at_rest || start_ != model_) {
-      root.add("keyframe").add("key").set("name", "start").set("qpos", start_).set("qvel", rates_);
+      root.add("keyframe").add("key").set("name", mjcf_start).set("qpos", start_).set("qvel", rates_);
     }
     return xml_text(root);
   }

@@ -23,7 +23,9 @@ TouchingForm rounded_form(const SolidPoint& at, const Vector3d& axis, double len
   if (length == 0) return {at.solid, {"sphere", {Matrix3d::Identity(), at.point}, {radius}}};
   return {at.solid, {"capsule", {turn_from_z(axis), at.point}, {radius, length / 2}}};
 }
-TouchingForm rounded_form(const SolidPoint& at, double radius) { return rounded_form(at, Vector3d::UnitZ(), 0, radius); }
+TouchingForm rounded_form(const SolidPoint& at, double radius) {
+  return rounded_form(at, Vector3d::UnitZ(), 0, radius);
+}
 TouchingForm plane_form(const Plane& plane) {
   return {plane.on.solid, {"plane", {turn_from_z(plane.normal), plane.on.point}, {0, 0, 1}}};
 }

@@ -10,17 +10,18 @@ class SiteWriter {
  public:
   explicit SiteWriter(MjcfDraft& draft) : draft_(draft) {}
 
-  // The name of the site at a point; adds it where there is none.
+  // The name of the site of tendons at a point; adds it where there is none. (Our reader makes markers of the
+  // other sites.)
   std::string site(const SolidPoint& at, const std::string& wanted) {
     for (const auto& [known, name] : known_[at.solid])
       if (known == at.point) return name;
-    return add(at, wanted);
+    known_[at.solid].emplace_back(at.point, add(at, wanted));
+    return known_[at.solid].back().second;
   }
 
   std::string add(const SolidPoint& at, const std::string& wanted) {
     const std::string name = draft_.sites.make(wanted);
     draft_.bodies.at(at.solid)->add("site").set("name", name).set("pos", at.point);
-    known_[at.solid].emplace_back(at.point, name);
     return name;
   }
 
