@@ -331,31 +331,31 @@ std::string solid_of(const Solid& solid) {
   return lines_of("[[solid]]", out);
 }
 
-Entries simulation_of(const SimulationSettings& s) {
-  const SimulationSettings fresh;
-  Entries out{{"end_time", text_of(s.end_time)},
-              {"step", text_of(s.step)},
-              {"output_interval", text_of(s.output_interval)}};
-  if (s.accuracy > 0) {
-    out.emplace_back("accuracy", text_of(s.accuracy));
-  } else {
-    out.emplace_back("method", text_of(s.method));
-    out.emplace_back("tolerance", text_of(s.tolerance));
+// Collects every setting as text.
+struct SettingTexts {
+  Entries out = {};
+  void operator()(const char* key, bool yes) { out.emplace_back(key, yes ? "true" : "false"); }
+  void operator()(const char* key, double number) { out.emplace_back(key, text_of(number)); }
+  void operator()(const char* key, const std::string& text) { out.emplace_back(key, text_of(text)); }
+  template <class Choice>
+  void operator()(const char* key, Choice choice, const std::array<std::string_view, 2>& words) {
+    out.emplace_back(key, text_of(std::string(words[std::size_t(choice)])));
   }
-  if (s.equations == Equations::lagrange) out.emplace_back("equations", "\"lagrange\"");
-  if (s.verify != fresh.verify) out.emplace_back("verify", "true");
-  if (s.spectral_radius != fresh.spectral_radius)
-    out.emplace_back("spectral_radius", text_of(s.spectral_radius));
-  if (s.constraints == ConstraintTreatment::baumgarte) out.emplace_back("constraints", "\"baumgarte\"");
-  if (s.baumgarte_alpha != fresh.baumgarte_alpha)
-    out.emplace_back("baumgarte_alpha", text_of(s.baumgarte_alpha));
-  if (s.baumgarte_beta != fresh.baumgarte_beta) out.emplace_back("baumgarte_beta", text_of(s.baumgarte_beta));
-  if (s.impacts == ImpactLaw::simultaneous) out.emplace_back("impacts", "\"simultaneous\"");
-  if (s.restitution == RestitutionLaw::poisson) out.emplace_back("restitution", "\"poisson\"");
-  if (s.rest_speed != fresh.rest_speed) out.emplace_back("rest_speed", text_of(s.rest_speed));
-  if (s.put_apart) out.emplace_back("overlaps", "\"put_apart\"");
-  if (s.energy_threshold != fresh.energy_threshold)
-    out.emplace_back("energy_threshold", text_of(s.energy_threshold));
+};
+
+Entries simulation_of(const SimulationSettings& s) {
+  SettingTexts given, fresh;
+  SimulationSettings::fields(s, given);
+  const SimulationSettings defaults;
+  SimulationSettings::fields(defaults, fresh);
+  Entries out;
+  for (std::size_t i = 0; i < given.out.size(); ++i) {
+    const auto& [key, text] = given.out[i];
+    const bool always = key == "end_time" || key == "step" || key == "output_interval";
+    // An accuracy chooses method and tolerance.
+    const bool chosen = key == "method" || key == "tolerance";
+    if (chosen ? !(s.accuracy > 0) : always || text != fresh.out[i].second) out.push_back(given.out[i]);
+  }
   return out;
 }
 

@@ -16,29 +16,12 @@
 
 #include <functional>
 
-#include "dynamics/run/simulate.hpp"
-#include "dynamics/system/system.hpp"
+#include "dynamics/run/run_limits.hpp"
+#include "dynamics/run/samples.hpp"
+#include "dynamics/system/trajectory.hpp"
+#include "error/error.hpp"
 
 namespace borelli {
-
-/// States of a run at the times at which runs are compared.
-struct Samples {
-  std::vector<double> times;          ///< s, ascending, after the start
-  std::vector<Eigen::VectorXd> q, v;  ///< one per time that the run reached
-  /// Minimum and maximum of each component of q and v over the start and all steps. They show motion that the
-  /// sampling times alias.
-  Eigen::VectorXd q_low, q_high, v_low, v_high;
-  long evaluations = 0;  ///< of the run, also if it failed
-
-  void cover(const State& state) {
-    if (q_low.size() == 0) {
-      q_low = q_high = state.q;
-      v_low = v_high = state.v;
-    }
-    q_low = q_low.cwiseMin(state.q), q_high = q_high.cwiseMax(state.q);
-    v_low = v_low.cwiseMin(state.v), v_high = v_high.cwiseMax(state.v);
-  }
-};
 
 /// One run with the given settings and limits; fills in the samples.
 using RunOnce =

@@ -11,8 +11,10 @@
 #include "dynamics/methods/integrator.hpp"
 #include "dynamics/run/accuracy.hpp"
 #include "dynamics/run/certifier.hpp"
+#include "dynamics/run/checkpoint.hpp"
 #include "dynamics/run/contact_events.hpp"
 #include "dynamics/run/disturbance.hpp"
+#include "dynamics/run/equal_steps.hpp"
 #include "dynamics/run/event_watch.hpp"
 #include "dynamics/run/function_watch.hpp"
 #include "dynamics/run/projection_watch.hpp"
@@ -46,12 +48,6 @@ constexpr int most_events_at_once = 1000;
 // A stiff run is abandoned if its rest needs this multiple of the steps tried so far. The next method must
 // repeat the whole run, twice.
 constexpr double worth_leaving = 1.5;
-
-// Shortest part, relative to the fixed step, into which contacts may divide a step.
-constexpr double finest_part = 1. / 64;
-constexpr int most_patience = 64;
-// After this many shortest parts of a step were still too long, the rest of the step is not divided.
-constexpr int most_vain = 4;
 
 // How many times a run is disturbed on its way.
 constexpr std::size_t disturbances = 8;
@@ -166,7 +162,9 @@ class Run {
     const bool between =
         integrator_.dense_suffices() && (integrator_.adaptive() || interval < settings_.step);
     if (!observer_.checkpoint.empty())
-      if (auto done = take_up(ranges); !done) return tl::unexpected(done.error());
+      if (auto done = read_checkpoint(observer_.checkpoint, signature(), [&](Keeper& k) { keep(k, ranges); });
+          !done)
+        return tl::unexpected(done.error());
     ranges_ = &ranges;
     while (output_ <= outputs_ && !stopped_ && end > start_) {
       const double target = between ? end : output_time(output_);
@@ -237,66 +235,38 @@ class Run {
     return {};
   }
 
-  /// The number of equal steps between two times, each at most settings_.step long.
-  long equal_steps(double from, double to) const {
-    return std::max(1L, long(std::ceil((to - from) / settings_.step - 1e-9)));
-  }
-
   Result<void> advance_evenly(double target) {
     // the latter if a resumed run is at its output row
-    if (even_.number == 0 || state_.t >= even_.target) {
-      even_.target = target;
-      even_.from = state_.t;
-      even_.count = equal_steps(even_.from, target);
-      even_.number = 1;
-      even_.whole = true;
-      even_.vain = 0;
-    }
-    for (; even_.number <= even_.count && !stopped_; ++even_.number, even_.whole = true, even_.vain = 0) {
-      const double next =
-          even_.number == even_.count
-              ? target
-              : even_.from + (target - even_.from) * double(even_.number) / double(even_.count);
-      const double whole_step = (target - even_.from) / double(even_.count);
+    if (even_.done() || state_.t >= even_.target()) even_.begin(state_.t, target, settings_.step);
+    for (; !even_.done() && !stopped_; even_.go_on()) {
+      const double next = even_.step_end();
       while (state_.t < next && !stopped_) {  // once, unless an event ends the step or the step is divided
-        const double t = state_.t, left = next - t, part = even_.part * whole_step;
-        const bool last = part >= left * (1 - 1e-9);
-        const double h = last ? left : part, end = last ? next : t + h;
-        const auto made = try_evenly(end, h, whole_step);
+        const double t = state_.t;
+        const auto [h, end] = even_.part_from(t);
+        const auto made = try_evenly(end, h);
         if (!made) return tl::unexpected(made.error());
         if (!*made) {
           certifier_->count_rejection();
-          // Parts are successive halves; what is left of a step is one part or more.
-          even_.part = std::exp2(std::ceil(std::log2(h / whole_step) - 1e-6) - 1);
-          if (even_.longer) even_.patience = std::min(2 * even_.patience, most_patience);
-          even_.longer = false;
-          even_.made = 0;
+          even_.divide(h);
           continue;
         }
-        if (even_.longer) even_.patience = std::max(1, even_.patience / 2);
-        even_.longer = ++even_.made >= even_.patience && even_.part < 1;
-        if (even_.longer) {
-          even_.part *= 2;
-          even_.made = 0;
-        }
+        even_.lengthen();
         if (const std::string name = passes_over_function(); !name.empty())
           certifier_->distrust(t, fmt::format("steps of {:.4g} s miss changes of the function of constraint "
                                               "'{}' between their ends; take shorter steps",
                                               h, name));
-        const bool whole = even_.whole;
-        if (auto done = accept(end, h, whole); !done) return done;
-        even_.whole = whole && state_.t >= end;
+        if (auto done = accept(end, h, even_.whole()); !done) return done;
+        if (state_.t < end) even_.cut_short();
       }
     }
-    even_.number = 0;
     return {};
   }
 
-  /// Makes a step of h, part of a step of whole_step, to time `end`. Returns false if the step must be
+  /// Makes a step of h, an equal step or a part of it, to time `end`. Returns false if the step must be
   /// divided, as methods that treat contacts may require.
-  Result<bool> try_evenly(double end, double h, double whole_step) {
+  Result<bool> try_evenly(double end, double h) {
     const double t = state_.t;
-    const bool divisible = steps_contacts() && even_.vain < most_vain && h > 1.5 * finest_part * whole_step;
+    const bool divisible = steps_contacts() && even_.divisible(h);
     const Attempt attempt = integrator_.attempt(motion_, t, h, y_, dy_, out_);
     if (attempt.trouble) return diverged({system_.scene, attempt.trouble});
     if (!attempt.evaluated && divisible) return false;
@@ -306,7 +276,7 @@ class Run {
       return tl::unexpected(done.error());
     }
     if (!steps_contacts() || !too_long(h)) return true;
-    if (!divisible) ++even_.vain;
+    if (!divisible) even_.count_vain();
     return !divisible;
   }
 
@@ -442,7 +412,7 @@ class Run {
     const double made = landing_.state.t < t ? landing_.state.t - from : h;
     if (auto done = record_between(h, landing_.state.t); !done) return done;
     if (auto done = sample_between(h, landing_.state.t); !done) return done;
-    take_sample(landing_.state);
+    if (samples_) samples_->take(landing_.state);
     if (const ContactStep* step = steps_contacts() ? integrator_.contact_step() : nullptr) {
       landing_.work.add_event(step->group_work);
       landing_.work.add_projection(step->group_projection);
@@ -475,7 +445,7 @@ class Run {
     if (auto done = record_end(); !done) return done;
     const bool stop = observer_.progress && !observer_.progress(state_.t);
     if (observer_.keep && (stop || (observer_.keep_due && observer_.keep_due())))
-      if (auto done = put_away(); !done) return done;
+      observer_.keep(write_checkpoint(signature(), [&](Keeper& k) { keep(k, *ranges_); }));
     if (observer_.rows && observer_.rows_due && observer_.rows_due()) show_rows();
     if (!stop) return {};
     stopped_ = true;
@@ -499,20 +469,7 @@ class Run {
     observer_.rows(recorder_.so_far(std::move(certificate)));
   }
 
-  // ---- checkpoints ----
-
-  /// Identifies a run by its sizes, start and settings.
-  std::string signature() const {
-    const SimulationSettings& s = settings_;
-    std::string out =
-        fmt::format("{} {} {} {} {} {:a} {:a} {:a} {:a} {} {} {:a} {:a} {} {} {:a} {} ", system_.nq,
-                    system_.nv, system_.rows, system_.contacts.size(), s.method, s.end_time, s.step,
-                    s.tolerance, s.output_interval, int(s.equations), int(s.constraints), s.baumgarte_alpha,
-                    s.baumgarte_beta, int(s.impacts), int(s.restitution), s.rest_speed, int(s.put_apart));
-    for (const double x : start_state_.q) out += fmt::format("{:a} ", x);
-    for (const double x : start_state_.v) out += fmt::format("{:a} ", x);
-    return out + fmt::format("{:a}", start_state_.t);
-  }
+  std::string signature() const { return run_signature(system_, start_state_, settings_); }
 
   /// Saves or restores everything that later steps depend on. Returns false if the method does not support
   /// it.
@@ -521,45 +478,10 @@ class Run {
       attempts_, rows_, follow_function_, start_, stiff_, keeping_, last_event_, events_at_once_, motion_,
       workspace_, probe(), leaps_, *certifier_, recorder_, *watch_, ranges);
     k.within(output_, 1L, outputs_ + 1);
-    k.within(even_.target, std::min(0., start_state_.t), std::max(0., settings_.end_time));
-    k.within(even_.from, std::min(0., start_state_.t), even_.target);
-    k.within(even_.count, 0L, equal_steps(start_state_.t, settings_.end_time));
-    k.within(even_.number, 0L, even_.count);
-    k(even_.whole, even_.part, even_.made, even_.patience, even_.longer, even_.vain);
+    even_.keep(k, start_state_.t, settings_);
     if (contacts_) k(*contacts_);
     if (springs_) k(*springs_);
     return integrator_.keep(k);
-  }
-
-  Result<void> put_away() {
-    Keeper k;
-    std::string run = signature();
-    k(run);
-    keep(k, *ranges_);  // the start has checked that the method supports it
-    std::uint64_t digest = checksum_of(k.bytes());
-    k(digest);
-    observer_.keep(k.bytes());
-    return {};
-  }
-
-  Result<void> take_up(RangeEvents& ranges) {
-    const std::string_view bytes = observer_.checkpoint;
-    const auto damaged = [] { return failure("checkpoint", "is damaged; remove it to start again"); };
-    std::uint64_t digest = 0;
-    if (bytes.size() < sizeof digest) return damaged();
-    const std::size_t length = bytes.size() - sizeof digest;
-    std::memcpy(&digest, bytes.data() + length, sizeof digest);
-    if (digest != checksum_of(bytes.substr(0, length))) return damaged();
-    Keeper k(std::string(bytes.substr(0, length)));
-    std::string run;
-    k(run);
-    if (run != signature())
-      return bad_use("checkpoint",
-                     "belongs to another run (another scene, start or settings); remove it to start again");
-    keep(k, ranges);
-    if (!k.whole())
-      return bad_use("checkpoint", "does not fit this version of the program; remove it to start again");
-    return {};
   }
 
   std::string last_event_words() const {
@@ -615,32 +537,20 @@ class Run {
       const double at = output_time(output_);
       if (auto done = path_.land((at - state_.t) / h, row_); !done) return diverged(done.error());
       row_.state.t = at;
-      take_sample(row_.state);
+      if (samples_) samples_->take(row_.state);
       if (auto done = look_between(row_); !done) return done;
       if (auto done = record(row_.state, probe(), row_.work); !done) return done;
     }
     return {};
   }
 
-  double next_sample() const {
-    const bool all = !samples_ || samples_->q.size() == samples_->times.size();
-    return all ? std::numeric_limits<double>::infinity() : samples_->times[samples_->q.size()];
-  }
-
-  /// Takes the state of a row if it is also a sample.
-  void take_sample(const State& state) {
-    if (next_sample() != state.t) return;
-    samples_->q.push_back(state.q);
-    samples_->v.push_back(state.v);
-    samples_->cover(state);
-  }
-
   /// Takes the samples due within the step of h, before time `until`.
   Result<void> sample_between(double h, double until) {
-    for (double at = next_sample(); at < until; at = next_sample()) {
+    if (!samples_) return {};
+    for (double at = samples_->next(); at < until; at = samples_->next()) {
       if (auto done = path_.glance((at - state_.t) / h, row_); !done) return diverged(done.error());
       row_.state.t = at;
-      take_sample(row_.state);
+      samples_->take(row_.state);
     }
     return {};
   }
@@ -765,18 +675,7 @@ class Run {
   EventWatch* watch_ = nullptr;
   RangeEvents* ranges_ = nullptr;
   bool recorded_ = false;  ///< the present state has its row
-  /// Progress through `count` equal steps from `from` to `target`; `number` is the current one (0: none).
-  struct Even {
-    double from = 0, target = 0;
-    long count = 0, number = 0;
-    bool whole = true;  ///< no event has shortened it
-    double part = 1;    ///< longest part to try, a power of 1/2 of the step
-    int made = 0;       ///< successive parts of that length
-    /// A longer part is tried after this many; doubled after each failed try, halved after each success.
-    int patience = 1;
-    bool longer = false;  ///< the next part is such a try
-    int vain = 0;         ///< number of shortest parts of this step that were too long
-  } even_;
+  EqualSteps even_;
   bool event_passed_ = false;  ///< the present state follows an event that changed it
   Eigen::VectorXd energy_, energy_before_event_;
   double last_event_ = -std::numeric_limits<double>::infinity();

@@ -1,7 +1,9 @@
 // How a scene is to be simulated.
 #pragma once
 
+#include <array>
 #include <string>
+#include <string_view>
 
 namespace borelli {
 
@@ -58,6 +60,31 @@ struct SimulationSettings {
   /// Separates contacts that overlap at the start by the smallest displacement (put_apart.hpp). Otherwise an
   /// overlap is an error.
   bool put_apart = false;
+
+  /// Visits every setting by its key in scene files, in their order there: visit(key, value), or for a choice
+  /// visit(key, value, words), where words[int(value)] is the value's word. Writing a scene and the signature
+  /// of a checkpoint use this list, so a new setting belongs into it.
+  template <class Settings, class Visit>
+  static void fields(Settings& s, Visit&& visit) {
+    using Words = std::array<std::string_view, 2>;
+    visit("end_time", s.end_time);
+    visit("step", s.step);
+    visit("output_interval", s.output_interval);
+    visit("accuracy", s.accuracy);
+    visit("method", s.method);
+    visit("tolerance", s.tolerance);
+    visit("equations", s.equations, Words{"recursive", "lagrange"});
+    visit("verify", s.verify);
+    visit("spectral_radius", s.spectral_radius);
+    visit("constraints", s.constraints, Words{"projection", "baumgarte"});
+    visit("baumgarte_alpha", s.baumgarte_alpha);
+    visit("baumgarte_beta", s.baumgarte_beta);
+    visit("impacts", s.impacts, Words{"sequential", "simultaneous"});
+    visit("restitution", s.restitution, Words{"newton", "poisson"});
+    visit("rest_speed", s.rest_speed);
+    visit("overlaps", s.put_apart, Words{"refuse", "put_apart"});
+    visit("energy_threshold", s.energy_threshold);
+  }
 };
 
 }  // namespace borelli

@@ -186,6 +186,12 @@ TEST(Checkpoint, IsRefusedIfDamagedOrOfAnotherRun) {
   how.tolerance = 1e-7;
   EXPECT_EQ(simulate(system, system.initial, how, observer).error().what,
             "belongs to another run (another scene, start or settings); remove it to start again");
+  how.tolerance = settings("dopri5", 1, 1e-2).tolerance;
+  how.spectral_radius = 0.5;
+  const auto other_radius = simulate(system, system.initial, how, observer);
+  ASSERT_FALSE(other_radius);
+  EXPECT_EQ(other_radius.error().what,
+            "belongs to another run (another scene, start or settings); remove it to start again");
   how.method = "cvode";
   EXPECT_NE(simulate(system, system.initial, how, observer).error().what.find("no checkpoint can store"),
             std::string::npos);
