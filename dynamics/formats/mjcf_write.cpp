@@ -23,18 +23,16 @@ struct BodyPart {
   Pose after;
 };
 
-// Cuts the joints of a solid behind a ball that another rotation follows: MuJoCo's velocity of a ball has the
-// axes of the body, ours those of the ball.
+// Cuts the joints of a solid behind a ball that another rotation follows: in MuJoCo a ball is the last one.
 std::vector<BodyPart> parts_of(const PlainSolid& solid) {
   std::vector<BodyPart> out(1);
   for (std::size_t j = 0; j < solid.joints.size(); ++j) {
     out.back().joints.push_back(&solid.joints[j]);
     if (solid.joints[j].kind != JointKind::ball) continue;
-    const bool last = std::all_of(solid.joints.begin() + static_cast<std::ptrdiff_t>(j) + 1,
-                                  solid.joints.end(), [](const PlainJoint& later) {
-                                    return later.kind == JointKind::slide && later.before.R.isIdentity(0);
-                                  });
-    if (!last || !solid.after.R.isIdentity(0)) out.emplace_back();
+    const bool last =
+        std::all_of(solid.joints.begin() + static_cast<std::ptrdiff_t>(j) + 1, solid.joints.end(),
+                    [](const PlainJoint& later) { return later.kind == JointKind::slide; });
+    if (!last) out.emplace_back();
   }
   out.back().after = solid.after;
   return out;
@@ -135,6 +133,8 @@ class MjcfWriter {
     start_.insert(start_.end(), one.q.begin(), one.q.end());
     model_.insert(model_.end(), zero.begin(), zero.end());
     if (ball) {
+      if (!T.R.isIdentity(0))
+        draft_.lost.add("balls are counted in the axes of their solids, not in their own", one.name);
       const bool at_zero = zero == one.q;
       const Quaternion q =
           at_zero ? identity_quaternion() : product(conjugate(quaternion_of(zero)), quaternion_of(one.q));
@@ -142,7 +142,12 @@ class MjcfWriter {
       const Quaternion identity = identity_quaternion();
       std::copy(identity.begin(), identity.end(), model_.end() - 4);
     }
-    rates_.insert(rates_.end(), one.v.begin(), one.v.end());
+    if (ball) {
+      const Vector3d rate = T.R.transpose() * Vector3d(one.v[0], one.v[1], one.v[2]);
+      rates_.insert(rates_.end(), rate.begin(), rate.end());
+    } else {
+      rates_.push_back(one.v[0]);
+    }
   }
 
   static Quaternion quaternion_of(const std::vector<double>& q) { return {q[0], q[1], q[2], q[3]}; }
@@ -160,25 +165,17 @@ class MjcfWriter {
     return {one.rest->begin(), one.rest->end()};
   }
 
-  // The name of a free joint: three slides along the world's axes, then a ball, named as the reader does. Empty:
-  // the solid has other joints.
+  // The name of a solid's free joint, which must be a child of the world. Empty: it has other joints.
   std::string free_name(const PlainSolid& solid) {
-    const auto& joints = solid.joints;
-    if (solid.source->parent != world_name || joints.size() != 4 || joints[3].kind != JointKind::ball)
-      return "";
-    if (!joints[3].name.ends_with(".turn")) return "";
-    const std::string name = joints[3].name.substr(0, joints[3].name.size() - 5);
-    for (std::size_t i = 0; i < 4; ++i) {
-      const PlainJoint& one = joints[i];
-      if (!one.before.R.isIdentity(0) || !one.before.p.isZero(0)) return "";
-      if (one.armature != joints[0].armature || one.stiffness != 0 || one.damping != 0 || one.range)
-        return "";
-      if (i == 3) continue;
-      if (one.kind != JointKind::slide || one.axis != Vector3d::Unit(static_cast<Eigen::Index>(i))) return "";
-      if (one.name != name + "." + "xyz"[i]) return "";
-    }
-    const bool ends = solid.after.R.isIdentity(0) && solid.after.p.isZero(0);
-    return ends && !name.empty() && joint_names_.take(name) ? name : "";
+    const std::string name = free_joint_name(solid);
+    if (name.empty() || solid.source->parent != world_name) return "";
+    const PlainJoint& first = solid.joints[0];
+    if (!first.before.R.isIdentity(0) || !first.before.p.isZero(0)) return "";
+    for (const PlainJoint& one : solid.joints)
+      if (one.armature != first.armature) return "";
+    if (!joint_names_.take(name)) return "";
+    list_renamed(solid, name, draft_.lost);
+    return name;
   }
 
   Pose add_free(XmlNode& body, const BodyPart& part, const std::string& name) {

@@ -309,6 +309,31 @@ std::optional<std::vector<double>> polynomial(const TimeFunction& f, int degree)
   return out;
 }
 
+std::string free_joint_name(const PlainSolid& solid) {
+  const auto& joints = solid.joints;
+  const auto at_origin = [](const Pose& X) { return X.R.isIdentity(0) && X.p.isZero(0); };
+  if (joints.size() != 4 || joints[3].kind != PlainJoint::Kind::ball || !at_origin(solid.after)) return "";
+  for (std::size_t i = 0; i < 4; ++i) {
+    const PlainJoint& one = joints[i];
+    if (one.stiffness != 0 || one.damping != 0 || one.range || (i > 0 && !at_origin(one.before))) return "";
+    if (i < 3 &&
+        (one.kind != PlainJoint::Kind::slide || one.axis != Vector3d::Unit(static_cast<Eigen::Index>(i))))
+      return "";
+  }
+  const std::string& first = joints[0].name;
+  const bool has_part = first.size() > 2 && (first.ends_with(".x") || first.ends_with("_x"));
+  return has_part ? first.substr(0, first.size() - 2) : solid.source->name;
+}
+
+void list_renamed(const PlainSolid& solid, const std::string& free_joint, Omissions& lost) {
+  for (std::size_t i = 0; i < 4; ++i) {
+    const std::string name = free_joint + (i == 3 ? ".turn" : std::string(".") + "xyz"[i]);
+    if (solid.joints[i].name != name)
+      lost.add("coordinates of free joints are named after the joint",
+               fmt::format("{} is {}", solid.joints[i].name, name));
+  }
+}
+
 void list_run_settings(const SimulationSettings& settings, Omissions& lost) {
   const SimulationSettings usual;
   if (settings.method != usual.method || settings.tolerance != usual.tolerance ||

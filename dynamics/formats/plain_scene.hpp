@@ -21,7 +21,9 @@ struct PlainJoint {
   std::string name;  ///< of the coordinate
   Pose before;
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit; of hinges and slides
-  std::vector<double> q, v;                         ///< at the start
+  Eigen::Matrix3d own_axes =
+      Eigen::Matrix3d::Identity();  ///< of a ball: the columns are the axes it counts in
+  std::vector<double> q, v;         ///< at the start
   double armature = 0;
   std::optional<Range> range;  ///< of hinges and slides
   /// Springs and dampers: -stiffness q + pull - damping dq/dt. For a ball: the torque of a TorsionSpring whose
@@ -53,6 +55,14 @@ struct PlainScene {
 
 /// The coefficients of a polynomial of at most this degree, `degree` + 1 of them; none: another function.
 std::optional<std::vector<double>> polynomial(const TimeFunction& f, int degree);
+
+/// The name of the free joint that a solid's joints make: three slides along x, y and z and a ball in one place,
+/// without springs and ranges. It is NAME of coordinates NAME.x or NAME_x, else the solid's. Empty: they make
+/// none.
+std::string free_joint_name(const PlainSolid& solid);
+
+/// Says where the coordinates of a free joint get other names than they have: NAME.x, .y, .z and .turn.
+void list_renamed(const PlainSolid& solid, const std::string& free_joint, Omissions& lost);
 
 /// Names settings of a run that differ from the defaults: no model file holds them.
 void list_run_settings(const SimulationSettings& settings, Omissions& lost);

@@ -106,14 +106,15 @@ class UrdfWriter {
 
   // ---- solids ----
 
-  // A chain of links without mass, one per coordinate; the last is the solid.
-  void add_solid(const PlainSolid& solid) {
+  // A chain of links, one per coordinate; the last is the solid.
+  void add_solid(const PlainSolid& given) {
+    const PlainSolid solid = without_end(given);
     const std::string &name = solid.source->name, link = link_of_.at(name);
     std::string parent = link_of_.at(solid.source->parent);
-    const bool ends = solid.after.p.isZero(0) && solid.after.R.isIdentity(0);
-    if (const std::string free = free_name(solid); !free.empty()) {
-      add_joint(free, "floating", parent, link, solid.joints[0].before);
-      note_start(solid, free);
+    const bool ends = at_origin(solid.after);
+    if (const std::string free = free_name(given); !free.empty()) {
+      add_joint(free, "floating", parent, link, given.joints[0].before);
+      note_start(given, free);
     } else {
       for (std::size_t j = 0; j < solid.joints.size(); ++j) {
         const PlainJoint& one = solid.joints[j];
@@ -130,21 +131,28 @@ class UrdfWriter {
     for (const ShapeElement& element : solid.source->shapes) add_shape(node, element.shape, name);
   }
 
-  // As MjcfWriter::free_name(), behind any placement and parent.
+  static bool at_origin(const Pose& X) { return X.p.isZero(0) && X.R.isIdentity(0); }
+
+  // The placement behind the last joint put before it: D F = F (F^-1 D F). A turn about a line is one about
+  // the line's place from behind, which must run through the link's origin: so behind a hinge or ball F may
+  // only rotate.
+  static PlainSolid without_end(PlainSolid solid) {
+    if (solid.joints.empty()) return solid;
+    PlainJoint& last = solid.joints.back();
+    if (last.kind != LinkJoint::slide && !solid.after.p.isZero(0)) return solid;
+    last.before = last.before * solid.after;
+    last.axis = solid.after.R.transpose() * last.axis;
+    last.own_axes = solid.after.R.transpose();
+    solid.after = Pose{};
+    return solid;
+  }
+
+  // The name of a solid's free joint. Empty: it has other joints.
   std::string free_name(const PlainSolid& solid) {
-    const auto& joints = solid.joints;
-    if (joints.size() != 4 || joints[3].kind != LinkJoint::ball || !joints[3].name.ends_with(".turn"))
-      return "";
-    const std::string name = joints[3].name.substr(0, joints[3].name.size() - 5);
-    for (std::size_t i = 0; i < 4; ++i) {
-      const PlainJoint& one = joints[i];
-      if (i > 0 && (!one.before.R.isIdentity(0) || !one.before.p.isZero(0))) return "";
-      if (i == 3) continue;
-      if (one.kind != LinkJoint::slide || one.axis != Vector3d::Unit(static_cast<Eigen::Index>(i))) return "";
-      if (one.name != name + "." + "xyz"[i] || one.range || one.stiffness > 0 || one.damping > 0) return "";
-    }
-    const bool ends = solid.after.R.isIdentity(0) && solid.after.p.isZero(0);
-    return ends && valid(name) == name && !name.empty() && joint_names_.take(name) ? name : "";
+    std::string name = free_joint_name(solid);
+    if (name.empty() || valid(name) != name || !joint_names_.take(name)) return "";
+    list_renamed(solid, name, lost_);
+    return name;
   }
 
   void note_start(const PlainSolid& solid, const std::string& free) {
@@ -195,7 +203,7 @@ class UrdfWriter {
     return child;
   }
 
-  // R = R_x(a) R_y(b) R_z(c)
+  // R = R_x(a) R_y(b) R_z(c), about the ball's axes in its link
   std::string add_ball(const PlainJoint& ball, std::string parent, const std::string& link) {
     const std::string name = joint_of_.at(ball.name);
     for (int i = 0; i < 3; ++i) {
@@ -203,7 +211,7 @@ class UrdfWriter {
       const std::string child = behind(i == 2 ? link : "", hinge);
       add_joint(hinge, "continuous", parent, child, i == 0 ? ball.before : Pose{})
           .add("axis")
-          .set("xyz", Vector3d(Vector3d::Unit(i)));
+          .set("xyz", Vector3d(ball.own_axes.col(i)));
       parent = child;
     }
     lost_.add(

@@ -5,6 +5,33 @@
 
 namespace borelli::test {
 
+/// The orientation of a ball where MuJoCo's quaternion is the identity (its spring's rest, else its start), and the
+/// rotation from the ball's frame to the solid's, whose axes MuJoCo uses.
+struct BallFrame {
+  Quaternion zero, after;
+};
+using BallFrames = std::map<std::string, BallFrame>;  ///< by coordinate
+
+/// A state in MuJoCo's terms: each ball's quaternion counted from its zero, in the axes of its solid. `axes`: the
+/// map from velocities of the scene to those.
+struct InSolidAxes {
+  Eigen::VectorXd q, v;
+  Eigen::MatrixXd axes;
+
+  InSolidAxes(const System& system, const State& state, const BallFrames& balls)
+      : q(state.q), axes(Eigen::MatrixXd::Identity(system.nv, system.nv)) {
+    for (const CoordinateInfo& info : system.coordinates) {
+      const auto ball = balls.find(info.name);
+      if (ball == balls.end()) continue;
+      const auto& [zero, after] = ball->second;
+      const Quaternion turned = product(conjugate(zero), state.q.segment<4>(info.q_index));
+      q.segment<4>(info.q_index) = product(product(conjugate(after), turned), after);
+      axes.block<3, 3>(info.v_index, info.v_index) = rotation_matrix(after).transpose();
+    }
+    v = axes * state.v;
+  }
+};
+
 /// A random tree with a free root and solids of hinges, slides, balls and several of them, between constant
 /// poses; with ranges, springs and dampers, a state that moves, and markers.
 class WritableScene {
@@ -26,8 +53,7 @@ class WritableScene {
   }
 
   Scene scene;
-  /// Per ball: the orientation where MuJoCo's quaternion is the identity: its spring's rest, else its start.
-  std::map<std::string, Quaternion> zeros;
+  BallFrames balls;
 
  private:
   static std::string name(int i) { return fmt::format("s{}", i); }
@@ -41,6 +67,7 @@ class WritableScene {
     if (floats) {
       switches = free_switches("root");
       for (Switch& one : switches) start(one);
+      balls.clear();  // a free joint's quaternion counts from the world's axes
       scene.solids.push_back(solid(name(0), "world", switches, {heavy()}));
       return;
     }
@@ -55,6 +82,9 @@ class WritableScene {
     scene.solids.push_back(solid(name(i), parent, switches, inertials));
     if (massless)
       scene.solids.push_back(solid(name(i) + " welded", name(i), {fixed(arm(), turn())}, {heavy()}));
+    if (recipe == 0)
+      balls.at(fmt::format("c{}.0", i)).after =
+          quaternion(std::get<Fixed>(scene.solids.back().switches[2].kind).X_AB.R);
     if (recipe == 0 && holds_.springs) add_ball_spring(i, parent);
   }
 
@@ -112,7 +142,7 @@ class WritableScene {
     one.q = is_ball ? std::vector{q[0], q[1], q[2], q[3]} : std::vector{random_.number(-1, 1)};
     one.v.clear();
     for (int i = 0; i < (is_ball ? 3 : 1); ++i) one.v.push_back(random_.number(-2, 2));
-    if (is_ball) zeros[one.coordinate] = q;
+    if (is_ball) balls[one.coordinate] = {q, identity_quaternion()};
   }
 
   void add_scalar_parts(Switch& one) {
@@ -133,9 +163,10 @@ class WritableScene {
   void add_ball_spring(int i, const std::string& parent) {
     const Solid& own = scene.solids.back();
     const Quaternion zero = random_.turn();
-    zeros[fmt::format("c{}.0", i)] = zero;
-    const Matrix3d before = std::get<Fixed>(own.switches[0].kind).X_AB.R;
-    const Matrix3d rest = before * rotation_matrix(zero);
+    balls.at(fmt::format("c{}.0", i)).zero = zero;
+    const Matrix3d before = std::get<Fixed>(own.switches[0].kind).X_AB.R,
+                   after = std::get<Fixed>(own.switches[2].kind).X_AB.R;
+    const Matrix3d rest = before * rotation_matrix(zero) * after;
     TorsionSpring spring{{own.name}, {parent}, 3, 0.2, logarithm(quaternion(rest))};
     if (random_.integer(0, 1)) {  // the same, seen from the other end
       std::swap(spring.a, spring.b);
