@@ -35,11 +35,11 @@ struct MjcfDraft {
   XmlNode root{.name = "mujoco"};
   XmlNode asset{.name = "asset"}, world{.name = "worldbody"}, contact{.name = "contact"},
       tendon{.name = "tendon"}, equality{.name = "equality"};
-  std::map<std::string, XmlNode*> bodies{};           ///< by solid, with the world
-  std::map<std::string, Pose> poses{};                ///< X_WS in the model's pose (qpos0)
-  std::map<std::string, double> refs{};               ///< `ref` of hinges and slides, by coordinate
-  std::map<std::string, bool> still{};                ///< whether a solid is fixed to the world
-  std::map<std::string, std::vector<Drawn>> drawn{};  ///< geoms by solid
+  std::map<std::string, XmlNode*> bodies{};              ///< by solid, with the world
+  std::map<std::string, Pose> poses{};                   ///< X_WS in the model's pose (qpos0)
+  std::map<std::string, double> refs{};                  ///< `ref` of hinges and slides, by coordinate
+  std::map<std::string, bool> still{};                   ///< whether a solid is fixed to the world
+  std::map<const XmlNode*, std::vector<Drawn>> drawn{};  ///< geoms by body
   UniqueNames geoms{}, meshes{}, sites{}, solids{};
 };
 

@@ -67,6 +67,14 @@ class MjcfWriter {
  private:
   Result<void> add_solid(const PlainSolid& solid) {
     const std::string &name = solid.source->name, &parent = solid.source->parent;
+    if (name == "worldbody" && parent == world_name && solid.source->switches.empty() &&
+        solid.inertial.mass == 0) {  // our reader's solid of the world's shapes
+      draft_.bodies[name] = &draft_.world;
+      draft_.poses[name] = Pose{};
+      draft_.still[name] = true;
+      depth_[name] = depth_.at(parent);
+      return {};
+    }
     const std::vector<BodyPart> parts = parts_of(solid);
     depth_[name] = depth_.at(parent) + static_cast<int>(parts.size());
     if (depth_[name] + 1 > deepest_xml)

@@ -55,7 +55,7 @@ std::optional<TouchingPair> touching(const ConstraintKind& kind) {
 
 // The name of the solid's geom of this form; adds it where there is none.
 std::string geom_name(MjcfDraft& draft, const TouchingForm& one) {
-  auto& drawn = draft.drawn[one.solid];
+  auto& drawn = draft.drawn[draft.bodies.at(one.solid)];
   auto found = std::find_if(drawn.begin(), drawn.end(),
                             [&](const MjcfDraft::Drawn& d) { return d.form.looks_like(one.form); });
   if (found == drawn.end()) {

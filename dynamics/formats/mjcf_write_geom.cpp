@@ -44,12 +44,13 @@ bool MjcfForm::looks_like(const MjcfForm& other) const {
 }
 
 XmlNode& add_geom(MjcfDraft& draft, const std::string& solid, const MjcfForm& form) {
-  XmlNode& node = draft.bodies.at(solid)->add("geom");
+  XmlNode& body = *draft.bodies.at(solid);
+  XmlNode& node = body.add("geom");
   node.set("type", form.type);
   set_place(node, form.X);
   if (!form.size.empty()) node.set("size", form.size);
   node.set("contype", "0").set("conaffinity", "0");
-  draft.drawn[solid].push_back({form, &node, ""});
+  draft.drawn[&body].push_back({form, &node, ""});
   return node;
 }
 

@@ -95,7 +95,7 @@ class WritableScene {
   }
 
   void add_joints(int i, int recipe, std::vector<Switch>& switches) {
-    const auto next = [&, count = 0](int kind) mutable {  // 0: hinge, 1: slide, 2: ball
+    auto next = [&, count = 0](int kind) mutable {  // 0: hinge, 1: slide, 2: ball
       const std::string coordinate = fmt::format("c{}.{}", i, count++);
       Switch one = kind == 0   ? hinge(coordinate, random_.direction())
                    : kind == 1 ? slide(coordinate, random_.direction())
