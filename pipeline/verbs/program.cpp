@@ -117,6 +117,7 @@ void add_verbs(CLI::App& program, borelli::Command& command) {
   borelli::add_evaluate(program, command);
   borelli::add_equilibrium(program, command);
   borelli::add_modes(program, command);
+  borelli::add_convert(program, command);
   borelli::add_export(program, command);
   borelli::add_report(program, command);
   borelli::add_figures(program, command);
