@@ -42,8 +42,11 @@ class OsimWriter {
     write_osim_forces(scene_, names_, forces, lost_);
     write_osim_constraints(scene_, names_, constraints, lost_);
     write_osim_contact_shapes(scene_, names_, shapes);
-    if (const std::string renamed = names_.renamed(); !renamed.empty()) lost_.add(renamed);
+    names_.tell_renamed(lost_);
     list_settings();
+    XmlNode lost{"Model"};
+    for (const std::string& sentence : lost_.sentences()) lost.comment("Not in this file: " + sentence);
+    model.children.splice(model.children.begin(), lost.children);
     return WrittenModel{xml_text(root), lost_.sentences()};
   }
 
@@ -99,7 +102,8 @@ class OsimWriter {
     std::string wanted = parent_solid == world_name ? "ground_" + body : body + "_joint";
     if (parent_solid != world_name && joint.coordinates.size() == 1) wanted = joint.coordinates[0].name;
     if (parent_solid != world_name && joint.coordinates.size() == 3 && joint.translations.empty())
-      wanted = joint.coordinates[0].name.substr(0, joint.coordinates[0].name.size() - 2);  // a ball's, "_x"
+      if (const std::string& angle = joint.coordinates[0].name; angle.ends_with("_x"))  // of a ball
+        wanted = angle.substr(0, angle.size() - 2);
     return OsimNames::make(wanted, taken_joints_);
   }
 
@@ -170,9 +174,8 @@ class OsimWriter {
 
   void add_marker(const Marker& marker, XmlNode& markers) {
     XmlNode& node = markers.add("Marker").set("name", OsimNames::make(marker.name, taken_markers_));
-    if (node.attributes[0].second != marker.name)
-      lost_.add("OpenSim does not allow some names of markers; their forbidden characters are _",
-                marker.name);
+    if (const std::string& written = node.attributes[0].second; written != marker.name)
+      lost_.add("names of markers are others", fmt::format("'{}' as '{}'", marker.name, written));
     node.add("socket_parent_frame", names_.path(marker.at.solid));
     node.add("location", osim_vector_text(names_.point(marker.at)));
     node.add("fixed", "false");
