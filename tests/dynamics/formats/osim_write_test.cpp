@@ -365,7 +365,7 @@ TEST(OsimWrite, WhatIsLostIsNamed) {
       {driven(hinge("wave", Vector3d::UnitX()), Table{{0, 1, 2, 3}, {0, 1, -1, 0}, SplineEnds::periodic})},
       {link()}));
   scene.solids[0].shapes = {{{ClosedMesh{}}, {}, {}}};
-  scene.efforts = {{"torsion", TorsionSpring{{"s"}, {"base"}, 1, 0, {}}},
+  scene.efforts = {{"torsion", TorsionSpring{{"s"}, {"base"}, 1, 0}},
                    {"air", Drag{{"s"}, 1, 0}},
                    {"stop of the ball", LimitSpring{{"turn"}, 1, 0, {{-1, 1}, {-1, 1}, {-1, 1}}}},
                    {"follower", PdController{{"base"}, 1, 0, {linear(0, 1)}}},
