@@ -146,9 +146,12 @@ class MjcfWriter {
     if (ball) {
       if (!T.R.isIdentity(0))
         draft_.lost.add("balls are counted in the axes of their solids, not in their own", one.name);
-      const bool at_zero = zero == one.q;
-      const Quaternion q =
-          at_zero ? identity_quaternion() : product(conjugate(quaternion_of(zero)), quaternion_of(one.q));
+      Quaternion q = identity_quaternion();
+      if (zero != one.q) {
+        const Quaternion turn = quaternion(T.R),
+                         own = product(conjugate(quaternion_of(zero)), quaternion_of(one.q));
+        q = product(product(conjugate(turn), own), turn);
+      }
       std::copy(q.begin(), q.end(), start_.end() - 4);
       const Quaternion identity = identity_quaternion();
       std::copy(identity.begin(), identity.end(), model_.end() - 4);
@@ -236,7 +239,7 @@ class MjcfWriter {
     root.set("model", scene.name);
     for (const std::string& line : extras_.comments) root.comment(line);
     if (!scene.description.empty()) root.comment(scene.description);
-    for (const std::string& line : draft_.lost.sentences()) root.comment("Not in this file: " + line);
+    for (const std::string& line : draft_.lost.sentences()) root.comment("Lost or changed: " + line);
     root.add("compiler").set("angle", "radian").set("inertiafromgeom", "false");
     XmlNode& option = root.add("option");
     option.set("gravity", scene.gravity).set("timestep", scene.simulation.step);

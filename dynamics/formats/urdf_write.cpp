@@ -61,7 +61,7 @@ class UrdfWriter {
       lost_.add("efforts are not written", named_with_kind(*effort));
     list_settings();
     XmlNode losses;
-    for (const std::string& line : lost_.sentences()) losses.comment("Not in this file: " + line);
+    for (const std::string& line : lost_.sentences()) losses.comment("Lost or changed: " + line);
     root_.children.splice(std::next(root_.children.begin(), static_cast<std::ptrdiff_t>(losses_at)),
                           losses.children);
     return xml_text(root_);

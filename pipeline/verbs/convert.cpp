@@ -37,7 +37,7 @@ Result<json> convert(const ConvertAsked& asked, const Command& command) {
       {.meshes = {}, .comments = {fmt::format("Converted from {} by borelli " BORELLI_VERSION, source)}});
   if (!written) return tl::unexpected(written.error());
   if (auto done = write_whole(asked.out, written->text); !done) return tl::unexpected(done.error());
-  for (const std::string& omission : written->omissions) command.warn("not in the file: " + omission);
+  for (const std::string& omission : written->omissions) command.warn("lost or changed: " + omission);
   if (!command.json)
     fmt::print("wrote {}: {} solids, {} free coordinates\n", asked.out, model->scene.solids.size(),
                system->nv);

@@ -108,7 +108,7 @@ class WritableScene {
     const auto place = [&] { switches.push_back(fixed(arm(), turn())); };
     switch (recipe) {
       case 0:
-        next(2), shift();
+        next(2), place();
         break;
       case 1:
         next(2), place(), next(0), place();

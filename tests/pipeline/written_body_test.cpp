@@ -39,13 +39,13 @@ BallFrames ball_frames(const Scene& body) {
 TEST(WrittenBody, HasTheSameMechanicsInMjcf) {
   const Scene body = phantom_body();
   const WrittenModel written = need(write_mjcf(body));
-  EXPECT_NE(written.text.find("<freejoint name=\"pelvis\"/>"), std::string::npos);
+  EXPECT_NE(written.text.find("<freejoint name=\"lower_trunk\"/>"), std::string::npos);
   const Folder folder;
   Scene back = need(read_model(folder.write("body.xml", written.text))).scene;
   EXPECT_EQ(back.solids.size(), body.solids.size());
   for (Solid& solid : back.solids)
     for (Switch& one : solid.switches)  // a free joint's coordinates are named after it
-      if (one.coordinate.starts_with("pelvis.")) one.coordinate[6] = '_';
+      if (one.coordinate.starts_with("lower_trunk.")) one.coordinate[11] = '_';
   const System before = compiled(body), after = compiled(back);
   ASSERT_EQ(before.nv, after.nv);
   const BallFrames balls = ball_frames(body);
@@ -99,7 +99,7 @@ TEST(WrittenBody, StandsAlikeInUrdf) {
       const auto found =
           std::find_if(after.coordinates.begin(), after.coordinates.end(), [&](const CoordinateInfo& other) {
             std::string name = info.name;
-            if (name.starts_with("pelvis_")) name[6] = '.';
+            if (name.starts_with("lower_trunk_")) name[11] = '.';
             return other.name == name || other.name == hinge;
           });
       ASSERT_NE(found, after.coordinates.end()) << info.name;

@@ -242,7 +242,7 @@ TEST(MjcfWrite, NamesEffortsConstraintsAndRanges) {
   expect_named(written, "constraints that are not written", "one-sided (limit)");
   expect_named(written, "stops are ranges", "stop");
   expect_named(written, "ranges of balls", "turn");
-  EXPECT_NE(written.text.find("Not in this file: ranges of balls"), std::string::npos);
+  EXPECT_NE(written.text.find("Lost or changed: ranges of balls"), std::string::npos);
 }
 
 TEST(MjcfWrite, NamesBodiesThatGetTheLeastInertia) {
