@@ -143,6 +143,44 @@ int solve_transposed(const System& system, const Rows& F, double* x, Eigen::Inde
       system, F, x, stride, rows);
 }
 
+namespace {
+
+template <class L>
+void solve_columns_lanes(const System& system, const Rows& F, double scale, double* x, Eigen::Index stride,
+                         int columns) {
+  const Branches& branches = system.branches();
+  for (int first = 0; first < columns; first += L::count, x += L::count) {
+    for (int k = system.nv - 1; k >= 0; --k) {
+      L each = L::load(x + k * stride);
+      if (everywhere(each == 0)) continue;
+      const Branch branch = branch_of(branches, k);
+      const double* row = F.row(k).data();
+      each *= L(1 / row[k]);
+      each.store(x + k * stride);
+      for (int a = 0; a < branch.count; ++a) {
+        double* const other = x + branch.ancestors[a] * stride;
+        (L::load(other) - row[branch.ancestors[a]] * each).store(other);
+      }
+    }
+    for (int k = 0; k < system.nv; ++k) {
+      const Branch branch = branch_of(branches, k);
+      const double* row = F.row(k).data();
+      L sum = scale * L::load(x + k * stride);
+      for (int a = 0; a < branch.count; ++a)
+        sum -= row[branch.ancestors[a]] * L::load(x + branch.ancestors[a] * stride);
+      (sum * L(1 / row[k])).store(x + k * stride);
+    }
+  }
+}
+
+}  // namespace
+
+void solve_columns(const System& system, const Rows& F, double scale, double* x, Eigen::Index stride,
+                   int columns) {
+  in_registers([]<int width>(auto&... each) { solve_columns_lanes<LanesOf<Lanes::count, width>>(each...); },
+               system, F, scale, x, stride, columns);
+}
+
 void solve_lower(const System& system, const Rows& F, double* x) {
   const Branches& branches = system.branches();
   for (int k = 0; k < system.nv; ++k) {

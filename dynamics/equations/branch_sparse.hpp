@@ -19,6 +19,9 @@ void solve_lower(const System& system, const Rows& F, double* x);
 /// x <- F^-T x for eight columns at once; row k stands at x + k * stride. `rows` receives the nonzero rows,
 /// descending; returns their number.
 int solve_transposed(const System& system, const Rows& F, double* x, Eigen::Index stride, int* rows);
+/// x <- scale A^-1 x for nv rows of `columns` numbers (a multiple of eight); row k stands at x + k * stride.
+void solve_columns(const System& system, const Rows& F, double scale, double* x, Eigen::Index stride,
+                   int columns);
 /// x <- F^-T x for an x with entries only in `coordinates`: ascending, each with its ancestors.
 void solve_transposed(const System& system, const Rows& F, std::span<const int> coordinates, double* x);
 

@@ -1,10 +1,5 @@
-// Derivatives of the dynamics, exact to rounding. The program's own formulas on dual numbers (dual.hpp) give
-// those of the residuals
-//   r = A a + B - Q - L^T lambda,   c = L a + E
-// at fixed a and lambda. For the accelerations the implicit function theorem gives
-//   [A -L^T; L 0] [da; dlambda] = -[dr; dc],
-// solved with the factors of the accelerations themselves. (For the unconstrained case see Carpentier,
-// Mansard, Analytical derivatives of rigid body dynamics algorithms, RSS 2018.)
+// Derivatives of the dynamics at one state, for users and other programs; at many states:
+// state_derivatives.hpp. Exact to rounding.
 //
 // Directions. By q: nv columns in the tangent space of the positions, in the units of the velocities: a
 // scalar coordinate itself (m or rad), or for a ball a small rotation x in its own axes (rad), q exp(x). By v
