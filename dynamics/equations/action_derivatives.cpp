@@ -249,7 +249,7 @@ void ActionDerivatives::subtract(const Layout& layout, const Kinematics& k,
                                  InverseDerivatives& inverse) const {
   const int moving = int(layout.moving.size());
   auto by_q = inverse.by_state.leftCols(system_.nv),
-       by_v = inverse.by_state.middleCols(system_.nv, system_.nv);
+       by_v = inverse.by_state.middleCols(inverse.half, system_.nv);
   for (const Layout::MovedBody& moved : layout.bodies) {
     const BodyMotion &m = k.bodies[moved.body], &root = k.bodies[inverse.roots[moved.body]];
     for (const auto& [u, place] : moved.moves) {
@@ -267,6 +267,17 @@ void ActionDerivatives::subtract(const Layout& layout, const Kinematics& k,
       for (int j = 0; j < moving; ++j) {
         by_q(own.u + i, layout.moving[j]) -= change_q_(own.output + i, j);
         by_v(own.u + i, layout.moving[j]) -= change_v_(own.output + i, j);
+      }
+}
+
+void ActionDerivatives::add_pattern(RowPattern& pattern) const {
+  for (const std::vector<Layout>* layouts : {&efforts_, &constraints_})
+    for (const Layout& layout : *layouts)
+      for (const int j : layout.moving) {
+        for (const Layout::MovedBody& moved : layout.bodies)
+          for (const auto& [u, place] : moved.moves) pattern.add(system_, u, j);
+        for (const Layout::OwnCoordinate& own : layout.coordinates)
+          for (int i = 0; i < own.nv && own.input >= 0; ++i) pattern.add(system_, own.u + i, j);
       }
 }
 
@@ -312,7 +323,7 @@ void ActionDerivatives::subtract_constraints(const Parameters& parameters, const
       for (int j = 0; j < int(layout.moving.size()); ++j) {
         const int output = layout.outputs - action.row_count + r;
         c_by_state(action.first_row + r, layout.moving[j]) = change_q_(output, j);
-        c_by_state(action.first_row + r, system_.nv + layout.moving[j]) = change_v_(output, j);
+        c_by_state(action.first_row + r, inverse.half + layout.moving[j]) = change_v_(output, j);
       }
   }
   rows_->loads = {};

@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "dynamics/equations/branch_sparse.hpp"
 #include "dynamics/equations/inverse_derivatives.hpp"
 #include "dynamics/numbers/dual.hpp"
 
@@ -28,6 +29,9 @@ class ActionDerivatives {
   void subtract_constraints(const Parameters& parameters, const Kinematics& kinematics,
                             const Eigen::VectorXd& multipliers, InverseDerivatives& inverse,
                             Rows& c_by_state);
+
+  /// Adds the entries that the actions may have.
+  void add_pattern(RowPattern& pattern) const;
 
  private:
   /// What an action depends on and acts on. `input` and `output` are first indices among its numbers.

@@ -112,8 +112,8 @@ Result<ForwardDerivatives> forward_derivatives(const System& system, const State
     out.inertials = names_of(system, bodies);
     out.acceleration_by_q = d.by_q();
     out.acceleration_by_v = d.by_v();
-    out.multipliers_by_q = d.c_by_state.leftCols(n);
-    out.multipliers_by_v = d.c_by_state.middleCols(n, n);
+    out.multipliers_by_q = d.c_by_q();
+    out.multipliers_by_v = d.c_by_v();
     out.acceleration_by_efforts = -Rows::Identity(n, n);  // dr by efforts: r contains -efforts
     out.multipliers_by_efforts = Rows::Zero(system.rows, n);
     out.acceleration_by_inertia = by_inertia(system, bodies, d);

@@ -46,7 +46,8 @@ int padded(int count) { return (count + Lanes::count - 1) / Lanes::count * Lanes
 template <class T>
 InverseDerivativesOf<T>::InverseDerivativesOf(const System& system)
     : needed(Eigen::VectorX<T>::Zero(system.nv)),
-      by_state(RowsOf<T>::Zero(system.nv, padded(2 * system.nv))),
+      by_state(RowsOf<T>::Zero(system.nv, 2 * padded(system.nv))),
+      half(padded(system.nv)),
       A(RowsOf<T>::Zero(system.nv, system.nv)),
       columns(system.size()),
       table(Eigen::Matrix<T, Eigen::Dynamic, 24>::Zero(system.size() + Quad::count, 24)),
@@ -334,7 +335,6 @@ void find_entries(int u, int own, const Factors<T>& by,
   using Entries = EntriesOf<T>;
   using Pack = typename Entries::Type;
   const Eigen::Index height = out.table.rows();
-  const int nv = int(out.A.rows());
   for (const auto& range : chain)
     for (int begin = 0; begin < range.count; begin += Entries::count) {
       // the last pack overlaps the one before
@@ -370,10 +370,10 @@ void find_entries(int u, int own, const Factors<T>& by,
       };
       store(a, out.A, 0);
       store(q, out.by_state, 0);
-      store(v, out.by_state, nv);
+      store(v, out.by_state, out.half);
       for (int e = 0; e < count && first + e < own; ++e) {
         out.by_state(first + e, u) = Entries::get(column_q, e);
-        out.by_state(first + e, nv + u) = Entries::get(column_v, e);
+        out.by_state(first + e, out.half + u) = Entries::get(column_v, e);
       }
     }
 }

@@ -58,8 +58,10 @@ struct InverseDerivativesOf {
   explicit InverseDerivativesOf(const System& system);
 
   Eigen::VectorX<T> needed;  ///< nv: tau = A a + B - Q
-  /// nv x (2 nv, padded to whole registers): dtau/dq, then dtau/dv. Entries off the branches stay as they are.
+  /// nv x 2 `half`: dtau/dq, then from column `half` on dtau/dv. `half` is nv, padded to whole registers.
+  /// Entries off the branches stay as they are.
   RowsOf<T> by_state;
+  int half = 0;
   RowsOf<T> A;  ///< nv x nv: dtau/da; only row >= column, and only along branches
 
   /// Per extended coordinate, at its own origin.

@@ -10,12 +10,14 @@ StateDerivatives::StateDerivatives(const System& system)
       kinematics(system, Equations::recursive),
       efforts(system),
       rows(system),
+      pattern(system),
       factor(Rows::Zero(system.nv, system.nv)),
       column(Eigen::VectorXd::Zero(system.nv)),
       correction(column),
       wanted(Eigen::VectorXd::Zero(system.rows)),
       multipliers(wanted) {
   if (!system.efforts.empty() || system.rows > 0) actions.emplace(system);
+  if (actions) actions->add_pattern(pattern);
 }
 
 void find_residual_derivatives(const System& system, const Parameters& parameters, double t, const double* q,
@@ -48,9 +50,10 @@ Fault find_acceleration_derivatives(const System& system, const Parameters& para
   if (!held)
     if (const int singular = factor_mass_matrix(system, out.inverse.A, out.factor); singular >= 0)
       return {Fault::Kind::singular_mass, singular};
-  solve_columns(system, held ? solved.factor : out.factor, -1, x.data(), x.cols(), int(x.cols()));
+  solve_pair(system, held ? solved.factor : out.factor, out.pattern, -1, x.data(), x.cols());
   if (!held) return {};
-  for (Eigen::Index i = 0; i < 2 * system.nv; ++i) {
+  for (Eigen::Index i = 0; i < x.cols(); ++i) {
+    if (i % out.inverse.half >= system.nv) continue;
     out.column = x.col(i);
     out.wanted = -out.c_by_state.col(i);
     out.wanted.noalias() -= solved.rows.L.leftCols(system.nv) * out.column;

@@ -16,18 +16,21 @@ namespace borelli {
 struct StateDerivatives {
   explicit StateDerivatives(const System& system);
 
-  /// Of r: inverse.by_state, nv x (nv by positions, then nv by velocities, then padding), and A. After
-  /// find_acceleration_derivatives, by_state holds those of the accelerations.
+  /// Of r: inverse.by_state and A. After find_acceleration_derivatives, by_state holds those of the
+  /// accelerations.
   InverseDerivatives inverse;
   Rows c_by_state;  ///< of c, or of the multipliers: rows x the same columns
 
   auto by_q() const { return inverse.by_state.leftCols(inverse.A.rows()); }
-  auto by_v() const { return inverse.by_state.middleCols(inverse.A.rows(), inverse.A.rows()); }
+  auto by_v() const { return inverse.by_state.middleCols(inverse.half, inverse.A.rows()); }
+  auto c_by_q() const { return c_by_state.leftCols(inverse.A.rows()); }
+  auto c_by_v() const { return c_by_state.middleCols(inverse.half, inverse.A.rows()); }
 
   Kinematics kinematics;  ///< at the accelerations a
   EffortSums efforts;
   std::optional<ActionDerivatives> actions;  ///< empty without efforts and constraints
   ConstraintRows rows;
+  RowPattern pattern;                                       ///< of by_state
   Rows factor;                                              ///< of A
   Eigen::VectorXd column, correction, wanted, multipliers;  ///< scratch
 };
