@@ -19,9 +19,9 @@ struct MotionChange {
   Eigen::Matrix<double, constraint_inputs, 1> by_q, by_v;
 };
 
-/// The motion that begins at a column of the table, at `arm` from the tree's reference point.
+/// The motion that begins at a column of `motions`, at `arm` from the tree's reference point.
 SpatialMotion<double> motion_at(const InverseDerivatives& inverse, int u, int column, const Vector3d& arm) {
-  SpatialMotion<double> out = inverse.from_table(u, column);
+  SpatialMotion<double> out = inverse.motion(u, column);
   out.v += out.w.cross(arm);
   return out;
 }

@@ -53,6 +53,10 @@ struct MovingComposite {
 };
 
 /// Results and scratch of find_inverse_derivatives; one per thread. Nothing allocates after the constructor.
+///
+/// A matrix with one row per extended coordinate (padded) and one column per number lets several coordinates
+/// be loaded at once. Positions and velocities are relative to the frame of the first body of their tree, so
+/// that no digits are lost far from the world's origin.
 template <class T>
 struct InverseDerivativesOf {
   explicit InverseDerivativesOf(const System& system);
@@ -64,19 +68,21 @@ struct InverseDerivativesOf {
   int half = 0;
   RowsOf<T> A;  ///< nv x nv: dtau/da; only row >= column, and only along branches
 
-  /// Per extended coordinate, at its own origin.
-  struct Column {
-    SpatialMotion<T> twist, psi, alpha, gamma, bend;
-  };
-  std::vector<Column> columns;
-  /// The numbers of free coordinates at their tree's reference point, one column per number, so that several
-  /// coordinates can be loaded at once: twist (6), alpha (6), gamma (6), psi (6). Padded.
-  Eigen::Matrix<T, Eigen::Dynamic, 24> table;
-  SpatialMotion<T> from_table(int u, int column) const {
-    const auto n = [&](int i) { return table(u, column + i); };
+  template <int columns>
+  using Table = Eigen::Matrix<T, Eigen::Dynamic, columns>;
+  Table<24> motions;  ///< twist, alpha, gamma, psi (angular, linear), at the tree's reference point
+  static constexpr int twist = 0, alpha = 6, gamma = 12, psi = 18;  ///< their first columns
+  SpatialMotion<T> motion(int u, int first) const {
+    const auto n = [&](int i) { return motions(u, first + i); };
     return {{n(0), n(1), n(2)}, {n(3), n(4), n(5)}};
   }
-  static constexpr int twist = 0, alpha = 6, gamma = 12, psi = 18;  ///< first columns of `table`
+
+  Table<18> frames;   ///< see keep_frame
+  Table<28> carried;  ///< see keep_composite
+  Table<21> factors;  ///< see find_factors
+  Table<12> bent;     ///< what bends add to psi and alpha, at the coordinate's origin; empty: nothing bends
+  std::vector<SpatialMotion<T>> bends;  ///< per step that bends, b
+  std::vector<int> bending;             ///< per step: its index in `bends`; -1: none
 
   std::vector<MovingComposite<T>> composites;  ///< per body: sum over its children
   std::vector<char> carries;                   ///< per body: `composites` holds a child
