@@ -124,18 +124,6 @@ Result<ForwardDerivatives> forward_derivatives(const System& system, const State
   });
 }
 
-Result<Rows> residual_by_q(const System& system, const State& state, const Eigen::VectorXd& a,
-                           const Eigen::VectorXd& multipliers) {
-  if (auto fits = check_state(system, state); !fits) return tl::unexpected(fits.error());
-  return at_border(system, [&]() -> Result<Rows> {
-    if (auto fits = admit_derivatives(system, 0); !fits) return tl::unexpected(fits.error());
-    StateDerivatives d(system);
-    find_residual_derivatives(system, system.parameters, state.t, state.q.data(), state.v.data(), a.data(),
-                              multipliers, d);
-    return Rows(d.by_q());
-  });
-}
-
 Result<InverseDynamics> inverse_dynamics(const System& system, const State& state, const Eigen::VectorXd& a) {
   return at_border(system, [&]() -> Result<InverseDynamics> {
     const int n = system.nv;

@@ -32,11 +32,6 @@ struct ForwardDerivatives {
 Result<ForwardDerivatives> forward_derivatives(const System& system, const State& state,
                                                const Eigen::VectorXd& efforts = Eigen::VectorXd());
 
-/// Derivative of the residual r by q at fixed v, a (nv) and lambda (rows): nv x nv. Fails if the state does
-/// not fit the system; exceptions of the user's functions pass through.
-Result<Rows> residual_by_q(const System& system, const State& state, const Eigen::VectorXd& a,
-                           const Eigen::VectorXd& multipliers);
-
 /// Inverse dynamics without constraints: the generalised forces that accelerations need beyond the scene's
 /// own, tau = A a + B - Q (nv, N or N m), and their derivatives.
 struct InverseDynamics {

@@ -7,8 +7,10 @@
 
 #include "dual_residuals.hpp"
 #include "dynamics/constraints/local_coordinates.hpp"
+#include "dynamics/equations/batch.hpp"
 #include "dynamics/equations/inverse_dynamics.hpp"
 #include "dynamics/equations/state_derivatives.hpp"
+#include "each_width.hpp"
 #include "random_scene.hpp"
 
 #ifdef BORELLI_MUJOCO
@@ -324,6 +326,41 @@ TEST(Derivatives, EqualDualNumbersForEveryEffort) {
     State state = Random(seed).state(system);
     state.t = 0.7;
     compare_with_duals(system, state, derivatives, fmt::format("seed {}", seed));
+  }
+}
+
+class DerivativesOfBatches : public EachWidth {};
+INSTANTIATE_TEST_SUITE_P(Widths, DerivativesOfBatches, ::testing::ValuesIn(all_widths()));
+
+TEST_P(DerivativesOfBatches, EqualThoseOfEachState) {
+  for (unsigned seed = 0; seed < 5; ++seed) {
+    const System system = compiled(tree_of_every_switch(seed, 0));
+    BatchState batch(system);
+    BatchWorkspace workspace(system);
+    InverseDerivativesOf<Lanes> of_batch(system);
+    StateDerivatives derivatives(system);
+    Eigen::VectorX<Lanes> a(system.nv);
+    std::vector<State> states;
+    for (int lane = 0; lane < Lanes::count; ++lane) {
+      states.push_back(Random(10 * seed + unsigned(lane)).state(system));
+      batch.set(lane, states.back());
+      for (int i = 0; i < system.nv; ++i) a[i].set(lane, std::cos(i + lane));
+    }
+    find_inverse_derivatives(system, system.parameters, batch, a, workspace, of_batch);
+    for (int lane = 0; lane < Lanes::count; ++lane) {
+      const State& state = states[std::size_t(lane)];
+      const auto of_lane = [&](const auto& entries) {
+        Rows out(entries.rows(), entries.cols());
+        for (Eigen::Index i = 0; i < out.rows(); ++i)
+          for (Eigen::Index j = 0; j < out.cols(); ++j) out(i, j) = entries(i, j)[lane];
+        return out;
+      };
+      find_residual_derivatives(system, system.parameters, state.t, state.q.data(), state.v.data(),
+                                of_lane(a).data(), Eigen::VectorXd(), derivatives);
+      EXPECT_LT(relative(of_lane(of_batch.by_state), derivatives.inverse.by_state), rounding) << seed;
+      EXPECT_LT(relative(of_lane(of_batch.A), derivatives.inverse.A), rounding) << seed;
+      EXPECT_LT(relative(of_lane(of_batch.needed), derivatives.inverse.needed), rounding) << seed;
+    }
   }
 }
 
