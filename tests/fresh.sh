@@ -45,3 +45,7 @@ for command in samples/run.sh tests/run.sh; do
   enter "$command" >/dev/null
   echo "== $command again: $((SECONDS - began)) s"
 done
+
+echo "== the Python module, by pip and away from its sources"
+enter "BORELLI_BUILD=build/release pip install --quiet --no-index --no-build-isolation --break-system-packages . &&
+  cd / && python3 /home/borelli/samples/python/scene_by_hand.py"
