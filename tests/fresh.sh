@@ -47,10 +47,12 @@ use_packages() {  # folder of packages
   mkdir -p "$root/packages" && cp "$1"/*.deb "$root/packages/"
   echo "== the packages, installed and used"
   enter "$root" "apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends \
-    /packages/borelli_*.deb xvfb xauth >/dev/null && borelli --version"
+    /packages/borelli_*.deb \$(ls /packages/python3-borelli_*.deb 2>/dev/null) xvfb xauth >/dev/null && borelli --version"
   began=$SECONDS
   enter "$root" "cd /root && borelli phantom -o phantom.nii.gz --spacing 4 && xvfb-run -a borelli run phantom.nii.gz -o out \
     && ls -l out/phantom/report.html out/phantom/body.png && borelli simulate /usr/share/borelli/samples/pendulum.toml -o p.h5"
+  [ ! -d "$root/usr/lib/python3/dist-packages/borelli" ] ||
+    enter "$root" "cd /root && python3 -c 'import borelli; print(borelli.read_trajectory(\"p.h5\").trusted)'"
   echo "== a scan from volume to report took $((SECONDS - began)) s"
 }
 
@@ -70,6 +72,10 @@ for command in samples/run.sh tests/run.sh; do
   enter "$root" "cd /home/borelli && $command" >/dev/null
   echo "== $command again: $((SECONDS - began)) s"
 done
+
+echo "== the Python module, by pip and away from its sources"
+enter "$root" "cd /home/borelli && BORELLI_BUILD=build/release pip install --quiet --no-index --no-build-isolation --break-system-packages . &&
+  cd / && python3 /home/borelli/samples/python/scene_by_hand.py"
 
 echo "== the packages"
 enter "$root" "cd /home/borelli && tests/packages.sh build/release /packages"

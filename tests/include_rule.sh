@@ -16,6 +16,7 @@ declare -A allowed=(
   [dynamics]='(error|threads|process|dynamics)/|inertia/inertial\.hpp'
   [samples]='(error|threads|process|samples|segmentation|inertia)/'
   [pipeline]='(error|threads|process|segmentation|inertia|dynamics|samples|pipeline)/'
+  [python]='(error|threads|process|segmentation|inertia|dynamics|samples|pipeline|python)/'
 )
 # a folder's rooms, in the order of the data; on_demand/ is what the libraries loaded at run time hold
 declare -A rooms=(

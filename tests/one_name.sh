@@ -5,7 +5,7 @@ set -u
 root=${1:-$(cd "$(dirname "$0")/.." && pwd)}
 cd "$root" || exit 1
 twice=$(grep -rhoE '^(struct|class|enum class|using) [A-Z][A-Za-z0-9]*( final)?( :| \{| =)' --include='*.hpp' \
-  error threads process segmentation inertia dynamics samples pipeline 2>/dev/null |
+  error threads process segmentation inertia dynamics samples pipeline python 2>/dev/null |
   sed -E 's/^(struct|class|enum class|using) ([A-Za-z0-9]*).*/\2/' | sort | uniq -d)
 [ -z "$twice" ] && exit 0
 for name in $twice; do

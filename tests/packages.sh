@@ -21,3 +21,9 @@ grep -q _borelli "$root/share/bash-completion/completions/borelli"
 "$root/bin/borelli" info "$work/motion.h5" >/dev/null
 [ -s "$root/include/borelli/dynamics/scene/scene.hpp" ]
 [ -s "$root/lib/libborelli_dynamics.a" ]
+if [ -d "$root/lib/python3" ]; then  # from the packages alone, with what is loaded at its first use
+  (cd "$work" && PYTHONPATH="$root/lib/python3/dist-packages" /usr/bin/python3 -c "
+import borelli
+motion = borelli.read_trajectory('motion.h5')
+assert borelli.__file__.startswith('$root') and motion.trusted and len(motion.times) > 10")
+fi
