@@ -172,11 +172,16 @@ class PlainMaker {
 
   // ---- constraints ----
 
+  // Whether a range has a width and holds the joint's start.
+  static bool bounds(const PlainJoint& one, const Range& range) {
+    return range.lower < range.upper && range.holds(one.q[0]);
+  }
+
   // A stop is the range of its joint.
   bool is_stop(const Constraint& constraint) {
     const auto* stop = std::get_if<Limit>(&constraint.kind);
     PlainJoint* on = stop ? joint(stop->on.coordinate) : nullptr;
-    if (!on || !stop->lower || !stop->upper) return false;
+    if (!on || !stop->lower || !stop->upper || !bounds(*on, {*stop->lower, *stop->upper})) return false;
     on->range = Range{*stop->lower, *stop->upper};
     lost_.add("stops are ranges of their joints, without their restitution", constraint.name);
     return true;
@@ -194,8 +199,7 @@ class PlainMaker {
     const auto* spring = std::get_if<LimitSpring>(&effort.kind);
     PlainJoint* on = spring ? joint(spring->on.coordinate) : nullptr;
     if (!on || on->kind == PlainJoint::Kind::ball) return false;
-    if (!spring->range.empty() && spring->range[0].lower < spring->range[0].upper)
-      on->range = spring->range[0];
+    if (!on->range && !spring->range.empty() && bounds(*on, spring->range[0])) on->range = spring->range[0];
     if (!on->range) return false;
     lost_.add("springs at limits are ranges of their joints, without their stiffness and losses",
               effort.name);

@@ -245,6 +245,18 @@ TEST(MjcfWrite, NamesEffortsConstraintsAndRanges) {
   EXPECT_NE(written.text.find("Lost or changed: ranges of balls"), std::string::npos);
 }
 
+// A spring that already pushes at the start: its bounds are no range of the joint, which would move the start.
+TEST(MjcfWrite, KeepsStartsThatPushAgainstTheirLimits) {
+  Scene scene = chain(1, false, 0.2);
+  scene.efforts = {{"stop", LimitSpring{{"h0"}, 100, 0, {{0.5, 1}}}}};
+  expect_named(need(write_mjcf(scene)), "efforts that are not written", "stop (limit_spring)");
+  scene.solids[0].switches[0].ranges = {{-1, 2}};
+  expect_named(need(write_mjcf(scene)), "springs at limits", "stop");
+  const Switch back = read_back(scene).scene.solids.at(0).switches.back();
+  EXPECT_EQ(back.ranges.at(0).lower, -1);
+  EXPECT_EQ(back.q.at(0), 0.2);
+}
+
 TEST(MjcfWrite, NamesBodiesThatGetTheLeastInertia) {
   expect_named(changed([](Scene& scene) {
                  scene.solids[1].inertials.clear();
