@@ -36,6 +36,7 @@ json settings_of(const RunSettings& s) {
           {"convention", s.convention},
           {"frames", s.frames},
           {"segments", s.segments},
+          {"accuracy", s.accuracy},
           {"method", s.method},
           {"equations", s.equations},
           {"work_grid_mm", s.work_grid_mm},
@@ -147,14 +148,14 @@ std::vector<Stage> stages_of(RunData& data, const json& recorded) {
                     mute(integrate_parts),
                     {{"inertia/table.csv", "inertia/table.json"}, {"inertia/table.json"}}});
   const bool captures = !settings.captured.motion.empty();
-  stages.push_back(
-      {"skeleton",
-       {"inertia"},
-       captures ? pick(all, {"subject"})
-                : pick(all, {"subject", "leap", "method", "equations", "integrator_tolerance", "step"}),
-       {"model/scene.toml"},
-       mute(build_scene),
-       {{"model/scene.toml"}}});
+  stages.push_back({"skeleton",
+                    {"inertia"},
+                    captures ? pick(all, {"subject"})
+                             : pick(all, {"subject", "leap", "accuracy", "method", "equations",
+                                          "integrator_tolerance", "step"}),
+                    {"model/scene.toml"},
+                    mute(build_scene),
+                    {{"model/scene.toml"}}});
   const bool smaller = settings.model_tolerance > 0;
   if (smaller)
     stages.push_back({"economy",

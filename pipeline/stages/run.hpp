@@ -57,7 +57,8 @@ struct RunSettings {
   std::string density_curve;              ///< empty: the default
   std::string convention = "deleva1996";  ///< of the cuts, see cuts.hpp; given labels: how they were cut
   std::string frames = "joints";          ///< of the segments: "joints" or "isb"
-  std::string method = "rk4_adaptive";    ///< integrator
+  double accuracy = 1e-6;                 ///< of the motion (SimulationSettings), if no method is named
+  std::string method;                     ///< integrator; empty: chosen from the accuracy
   std::string equations = "recursive";    ///< of motion: "recursive" or "lagrange"
   std::string segments;                   ///< "trunk,thigh_left" (segments.hpp); empty: every part
   double work_grid_mm = 3;                ///< of the segmentation
@@ -66,8 +67,8 @@ struct RunSettings {
   /// must stay within it (MotionQuantity; empty: all gravity centres). 0: the whole model moves.
   double model_tolerance = 0;
   std::vector<std::string> motion_quantities;
-  double integrator_tolerance = 1e-6;  ///< if the integrator chooses its steps
-  std::optional<double> step;          ///< s, fixed or first; empty: the scene's default
+  double integrator_tolerance = 1e-6;  ///< of a named method that chooses its steps
+  std::optional<double> step;          ///< s, of a named method, fixed or first; empty: the scene's default
   double mesh_tolerance_mm = 1;
   bool keep_paths = false;         ///< outputs name inputs by whole paths, not by file names alone
   bool skin = false;               ///< also write skin.glb, one closed skin (skin.hpp)

@@ -67,6 +67,21 @@ Result<ReportInputs> page_of_scan(RunData& data) {
   return page;
 }
 
+void set_integration(const RunSettings& settings, SimulationSettings& simulation) {
+  simulation.equations = settings.equations == "lagrange" ? Equations::lagrange : Equations::recursive;
+  if (settings.method.empty()) {
+    simulation.accuracy = settings.accuracy;
+    return;
+  }
+  simulation.method = settings.method;
+  simulation.tolerance = settings.integrator_tolerance;
+  simulation.step = settings.step.value_or(simulation.step);
+}
+
+bool steps_are_fixed(const SimulationSettings& simulation) {
+  return simulation.accuracy == 0 && !method_is_adaptive(simulation.method);
+}
+
 }  // namespace
 
 Result<json> build_scene(RunData& data) {
@@ -86,11 +101,7 @@ Result<json> build_scene(RunData& data) {
   if (!data.settings.captured.motion.empty()) options.leap.reset();
   auto skeleton = build_skeleton(present, (*segmentation)->landmarks, options);
   if (!skeleton) return tl::unexpected(skeleton.error());
-  skeleton->scene.simulation.method = data.settings.method;
-  skeleton->scene.simulation.equations =
-      data.settings.equations == "lagrange" ? Equations::lagrange : Equations::recursive;
-  skeleton->scene.simulation.tolerance = data.settings.integrator_tolerance;
-  skeleton->scene.simulation.step = data.settings.step.value_or(skeleton->scene.simulation.step);
+  set_integration(data.settings, skeleton->scene.simulation);
   const auto text = write_scene(skeleton->scene);
   if (!text) return tl::unexpected(text.error());
   if (auto written = write_whole(data.file("model/scene.toml"), *text); !written)
@@ -159,8 +170,7 @@ Result<json> simulate_scene(RunData& data, const StageProgress& progress) {
         (*scene)->name,
         fmt::format(
             "the certificate does not trust the motion: {} ({}give --allow-untrusted to continue with it)",
-            certificate.reason,
-            method_is_adaptive((*scene)->simulation.method) ? "" : "give a shorter --step; "));
+            certificate.reason, steps_are_fixed((*scene)->simulation) ? "give a shorter --step; " : ""));
   const auto text = write_scene(**scene);
   if (!text) return tl::unexpected(text.error());
   for (const char* name : {"motion/trajectory.h5", "motion/trajectory.csv"})

@@ -173,7 +173,7 @@ Result<nlohmann::json> work(RunAsked asked, const Command& command) {
   }
   if (!settings.motion_quantities.empty() && asked.tolerance.empty())
     return bad_use("--keep", "says what must stay within --tolerance; give both, or neither");
-  if (asked.integrator_tolerance_chosen && !method_is_adaptive(settings.method))
+  if (asked.integrator_tolerance_chosen && !settings.method.empty() && !method_is_adaptive(settings.method))
     return bad_use("--integrator-tolerance", "has no effect with " + settings.method +
                                                  ", whose steps have a fixed length; give --step");
   if (auto fine = check_captured(settings); !fine) return tl::unexpected(fine.error());
@@ -280,9 +280,14 @@ void add_run(CLI::App& program, Command& command) {
   verb->add_option(
       "--table-tolerance", asked->table_tolerance,
       "Choose the coarsest work grid that keeps every entry of the inertia table within this error, e.g. 1%");
-  verb->add_option("--method", s.method, "Integrator")
-      ->check(CLI::IsMember(integrator_names()))
+  verb->add_option("--accuracy", s.accuracy,
+                   "Largest error of positions and velocities, relative to their scales; chooses the "
+                   "integrator and its tolerance")
+      ->check(number_within(1e-11, 0.1))
       ->capture_default_str();
+  verb->add_option("--method", s.method, "Integrator (default: chosen from --accuracy)")
+      ->check(CLI::IsMember(integrator_names()))
+      ->excludes("--accuracy");
   verb->add_option("--equations", s.equations,
                    "Equations of motion: recursive (along the tree) or lagrange (the paper's scan)")
       ->check(CLI::IsMember({"recursive", "lagrange"}))
@@ -296,11 +301,13 @@ void add_run(CLI::App& program, Command& command) {
           "or coordinate:NAME; may be repeated (default: the gravity centres of all solids)")
       ->allow_extra_args(false);
   verb->add_option("--integrator-tolerance", s.integrator_tolerance,
-                   "Integrator's largest error per step and coordinate")
+                   "With --method: its largest error per step and coordinate")
       ->check(positive_number())
+      ->needs("--method")
       ->capture_default_str();
-  verb->add_option("--step", s.step, "Fixed step, or first step of an adaptive method, s")
-      ->check(positive_number());
+  verb->add_option("--step", s.step, "With --method: its fixed step, or the first step of an adaptive one, s")
+      ->check(positive_number())
+      ->needs("--method");
   verb->add_option("--mesh-tolerance", s.mesh_tolerance_mm,
                    "How far mesh simplification may move the surface, mm")
       ->check(number_not_negative())
@@ -363,9 +370,10 @@ void add_run(CLI::App& program, Command& command) {
   group_options(*verb, "Inertia table",
                 {"--density-curve", "--convention", "--frames", "--segments", "--stature", "--work-grid",
                  "--table-tolerance"});
-  group_options(*verb, "Leap",
-                {"--flight-time", "--somersault-rate", "--tuck", "--muscle-frequency", "--damping-ratio",
-                 "--tolerance", "--keep", "--method", "--equations", "--integrator-tolerance", "--step"});
+  group_options(
+      *verb, "Leap",
+      {"--flight-time", "--somersault-rate", "--tuck", "--muscle-frequency", "--damping-ratio", "--tolerance",
+       "--keep", "--accuracy", "--method", "--equations", "--integrator-tolerance", "--step"});
   group_options(*verb, "Captured motion",
                 {"--motion", "--forces", "--static", "--marker-map", "--other-person", "--recorded-mass",
                  "--cut-off", "--band-draws", "--bvh-unit"});
@@ -375,7 +383,9 @@ void add_run(CLI::App& program, Command& command) {
     asked->work_grid_chosen = verb->count("--work-grid") > 0;
     asked->integrator_tolerance_chosen = verb->count("--integrator-tolerance") > 0;
     // settings without effect are not stored, so that the stored settings can be run again:
-    if (!method_is_adaptive(asked->run.method))
+    const bool named = !asked->run.method.empty();
+    if (named) verb->get_option("--accuracy")->configurable(false);
+    if (!named || !method_is_adaptive(asked->run.method))
       verb->get_option("--integrator-tolerance")->configurable(false);
     // with given labels no grid is used to find parts: the stored settings contain none and can be run again
     const bool picked =

@@ -161,6 +161,22 @@ TEST_F(RunVerb, RepeatsStagesWithMissingOrChangedFiles) {
   EXPECT_EQ(stages_done(run + " --force"), all);
 }
 
+TEST_F(RunVerb, AccuracyChoosesTheMethodUnlessOneIsNamed) {
+  const auto certificate_of = [&](const std::string& option) {
+    stages_done(path("scan.mhd") + words() + option);
+    return read_trajectory(result("motion/trajectory.h5"))->trajectory.certificate;
+  };
+  const Certificate usual = certificate_of("");
+  EXPECT_TRUE(usual.trusted) << usual.reason;
+  EXPECT_EQ(usual.accuracy, 1e-6);
+  EXPECT_LE(usual.estimated_error, 1e-6);
+  EXPECT_EQ(usual.method, "dop853");
+  EXPECT_EQ(certificate_of(" --accuracy 1e-4").accuracy, 1e-4);
+  const Certificate named = certificate_of(" --method rk4 --step 1e-3");
+  EXPECT_EQ(named.accuracy, 0);
+  EXPECT_EQ(named.method, "rk4");
+}
+
 TEST_F(RunVerb, DefacingKeepsMeasurements) {
   const std::string scan_file = path("scan.mhd");
   stages_done(scan_file + words());
@@ -512,6 +528,8 @@ TEST_F(RunVerb, RefusesBadUseBeforeAnyWork) {
   expect_refused("run " + path("scan.mhd") + words() + " --density-curve mine", 2, "schneider2000");
   expect_refused("run " + path("scan.mhd") + words() + " --method rk4 --integrator-tolerance 1e-6", 2,
                  "--integrator-tolerance: has no effect with rk4");
+  expect_refused("run " + path("scan.mhd") + words() + " --step 1e-3", 2, "--step requires --method");
+  expect_refused("run " + path("scan.mhd") + words() + " --accuracy 1e-7 --method rk4", 2, "--accuracy");
   const std::string keep = "run " + path("scan.mhd") + words() + " --tolerance 5% --keep ";
   expect_refused(keep + "turn:nosuch", 2, "quantity 'turn:nosuch': the scene has no solid of that name");
   expect_refused(keep + "coordinate:spine", 2, "no moving coordinate of that name");
