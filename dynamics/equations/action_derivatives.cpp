@@ -48,7 +48,7 @@ MotionChange change_of(const Parameters& parameters, const Kinematics& k, const 
   return out;
 }
 
-void set(const Vector3d& from, Eigen::Vector3<DualNumber>& to) {
+void set_plain(const Vector3d& from, Eigen::Vector3<DualNumber>& to) {
   for (int i = 0; i < 3; ++i) to[i] = DualNumber(from[i]);
 }
 
@@ -124,15 +124,15 @@ void ActionDerivatives::load(const Action& action, const Layout& layout, const K
     const BodyMotion& from = k.bodies[b];
     BodyMotionOf<DualNumber>& to = kinematics_.bodies[b];
     for (int i = 0; i < 9; ++i) to.X.R.data()[i] = DualNumber(from.X.R.data()[i]);
-    set(from.X.p, to.X.p);
-    set(from.g, to.g);
-    set(from.w, to.w);
-    set(from.v, to.v);
+    set_plain(from.X.p, to.X.p);
+    set_plain(from.g, to.g);
+    set_plain(from.w, to.w);
+    set_plain(from.v, to.v);
     sums_.force[b].setZero();
     sums_.moment[b].setZero();
     if (!layout.constraint) continue;
-    set(from.wdot, to.wdot);
-    set(from.vdot, to.vdot);
+    set_plain(from.wdot, to.wdot);
+    set_plain(from.vdot, to.vdot);
   }
   for (const Layout::OwnCoordinate& own : layout.coordinates) {
     for (int i = 0; i < own.nq; ++i) kinematics_.q[own.q + i] = DualNumber(k.q[own.q + i]);
