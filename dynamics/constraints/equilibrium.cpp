@@ -6,7 +6,8 @@
 
 #include "dynamics/constraints/assembly.hpp"
 #include "dynamics/constraints/local_coordinates.hpp"
-#include "dynamics/equations/derivatives.hpp"
+#include "dynamics/equations/evaluate.hpp"
+#include "dynamics/equations/state_derivatives.hpp"
 #include "dynamics/system/border.hpp"
 
 namespace borelli {
@@ -28,6 +29,7 @@ class Balance {
   Balance(const System& system, State state)
       : system_(system),
         w_(system),
+        derivatives_(system),
         state_(std::move(state)),
         coordinate_scale_(Eigen::Map<const VectorXd>(system.velocity_scale.data(), system.nv)),
         row_scale_(Eigen::Map<const VectorXd>(system.row_scale.data(), system.rows)) {}
@@ -69,10 +71,11 @@ class Balance {
   }
 
   /// Derivative of the residual by the positions, rows and columns times the coordinates' lengths, J.
-  Result<MatrixXd> stiffness(const VectorXd& multipliers) const {
-    const auto by_q = residual_by_q(system_, state_, VectorXd::Zero(system_.nv), multipliers);
-    if (!by_q) return tl::unexpected(by_q.error());
-    return MatrixXd(coordinate_scale_.asDiagonal() * MatrixXd(*by_q) * coordinate_scale_.asDiagonal());
+  MatrixXd stiffness(const VectorXd& multipliers) {
+    const VectorXd at_rest = VectorXd::Zero(system_.nv);
+    find_residual_derivatives(system_, system_.parameters, state_.t, state_.q.data(), state_.v.data(),
+                              at_rest.data(), multipliers, derivatives_);
+    return coordinate_scale_.asDiagonal() * derivatives_.by_q() * coordinate_scale_.asDiagonal();
   }
 
   /// Jacobian of residual(), by positions in units of their lengths and multipliers in `unit` over row
@@ -121,6 +124,7 @@ class Balance {
 
   const System& system_;
   Workspace w_;
+  StateDerivatives derivatives_;
   State state_;
   VectorXd coordinate_scale_, row_scale_;
 };
@@ -150,8 +154,8 @@ Result<Equilibrium> balanced_state(const System& system, const State& start) {
         "is a contact, which the search for an equilibrium cannot treat; replace it by a constraint or a "
         "limit_spring");
   if (system.nv == 0) return bad_use(system.scene, "has no free coordinate, so it is at rest anyway");
-  // The search also stores its Jacobian, and a damped copy with twice the rows.
-  if (auto fits = admit_workspaces(system, system.settings.equations, 4, true); !fits)
+  // The search also stores derivatives, its Jacobian, and a damped copy with twice the rows.
+  if (auto fits = admit_workspaces(system, system.settings.equations, 6, true); !fits)
     return tl::unexpected(fits.error());
   Equilibrium out;
   out.state = start;
@@ -167,18 +171,17 @@ Result<Equilibrium> balanced_state(const System& system, const State& start) {
   int pushes = 0;
   bool found = false;
   for (; out.iterations < most_iterations; ++out.iterations) {
-    const auto stiffness = balance.stiffness(multipliers);
-    if (!stiffness) return tl::unexpected(stiffness.error());
+    const MatrixXd stiffness = balance.stiffness(multipliers);
     // The unit is the largest generalised force, or the stiffness times a move by one length if that is
     // larger.
-    unit = std::max(balance.largest(multipliers), stiffness->cwiseAbs().maxCoeff());
+    unit = std::max(balance.largest(multipliers), stiffness.cwiseAbs().maxCoeff());
     if (unit == 0) unit = 1;  // no force acts
     const VectorXd r = balance.residual(multipliers, unit);
     out.imbalance = r.head(system.nv).cwiseAbs().maxCoeff();
     const double off = system.rows > 0 ? r.tail(system.rows).cwiseAbs().maxCoeff() : 0;
     found = out.imbalance <= balanced && off <= met;
     if (found) break;
-    const MatrixXd J = balance.slope(*stiffness, unit);
+    const MatrixXd J = balance.slope(stiffness, unit);
     const Eigen::Index n = J.cols();
     MatrixXd damped(2 * n, n);
     VectorXd wanted = VectorXd::Zero(2 * n);

@@ -161,6 +161,14 @@ void inverse_dynamics(const System& system, const Parameters& parameters, const 
                    w.kinematics, w.efforts, w.articulation, efforts.data());
 }
 
+void find_inverse_derivatives(const System& system, const Parameters& parameters, const BatchState& state,
+                              const Eigen::VectorX<Lanes>& a, BatchWorkspace& w,
+                              InverseDerivativesOf<Lanes>& out) {
+  update_kinematics<Lanes>(system, parameters, w.inertials, state.t, state.q.data(), state.v.data(), a.data(),
+                           w.kinematics);
+  find_inverse_derivatives<Lanes>(system, parameters, w.inertials, w.kinematics, nullptr, out);
+}
+
 void find_mass_matrix(const System& system, const Parameters& parameters, const BatchState& state,
                       BatchWorkspace& w) {
   update_kinematics<Lanes>(system, parameters, w.inertials, state.t, state.q.data(), nullptr, nullptr,

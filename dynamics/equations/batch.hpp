@@ -14,6 +14,7 @@
 #include <type_traits>
 
 #include "dynamics/equations/equations.hpp"
+#include "dynamics/equations/inverse_derivatives.hpp"
 #include "dynamics/numbers/lanes.hpp"
 
 namespace borelli {
@@ -88,6 +89,12 @@ void find_energies(const System& system, const Parameters& parameters, const Bat
 void inverse_dynamics(const System& system, const Parameters& parameters, const BatchState& state,
                       const Eigen::VectorX<Lanes>& a, BatchWorkspace& workspace,
                       Eigen::VectorX<Lanes>& efforts);
+
+/// Derivatives of these efforts by positions and velocities, and A, into `out` (inverse_derivatives.hpp). For a
+/// system without efforts of its own.
+void find_inverse_derivatives(const System& system, const Parameters& parameters, const BatchState& state,
+                              const Eigen::VectorX<Lanes>& a, BatchWorkspace& workspace,
+                              InverseDerivativesOf<Lanes>& out);
 
 /// Mass matrix A into workspace.terms.A: row >= column only (see LagrangeTermsOf).
 void find_mass_matrix(const System& system, const Parameters& parameters, const BatchState& state,

@@ -143,6 +143,87 @@ int solve_transposed(const System& system, const Rows& F, double* x, Eigen::Inde
       system, F, x, stride, rows);
 }
 
+namespace {
+
+/// x <- F^-T x for a block of columns and the same of the matrix beside.
+template <class L>
+void solve_transposed_pair(const Branches& branches, const Rows& F, const RowPattern& pattern, int block,
+                           double* x, Eigen::Index apart, Eigen::Index stride) {
+  for (int k = int(F.rows()) - 1; k >= 0; --k) {
+    if (!pattern.holds(block, k)) continue;
+    const Branch branch = branch_of(branches, k);
+    const double* row = F.row(k).data();
+    double* const own = x + k * stride;
+    const L inverse = 1 / row[k], left = inverse * L::load(own), right = inverse * L::load(own + apart);
+    left.store(own);
+    right.store(own + apart);
+    for (int a = 0; a < branch.count; ++a) {
+      const L factor = row[branch.ancestors[a]];
+      double* const other = x + branch.ancestors[a] * stride;
+      (L::load(other) - factor * left).store(other);
+      (L::load(other + apart) - factor * right).store(other + apart);
+    }
+  }
+}
+
+/// x <- scale F^-1 x for N registers of columns: as many sums at once hide the latency of an addition.
+template <int N, class L>
+void solve_lower_blocks(const Branches& branches, const Rows& F, double scale, double* x,
+                        Eigen::Index stride) {
+  for (int k = 0; k < int(F.rows()); ++k) {
+    const Branch branch = branch_of(branches, k);
+    const double* row = F.row(k).data();
+    double* const own = x + k * stride;
+    L sum[N];
+    for (int n = 0; n < N; ++n) sum[n] = scale * L::load(own + n * L::count);
+    for (int a = 0; a < branch.count; ++a) {
+      const L factor = row[branch.ancestors[a]];
+      const double* const other = x + branch.ancestors[a] * stride;
+      for (int n = 0; n < N; ++n) sum[n] -= factor * L::load(other + n * L::count);
+    }
+    const L inverse = 1 / row[k];
+    for (int n = 0; n < N; ++n) (sum[n] * inverse).store(own + n * L::count);
+  }
+}
+
+template <class L>
+void solve_pair_lanes(const System& system, const Rows& F, const RowPattern& pattern, double scale, double* x,
+                      Eigen::Index stride) {
+  const Branches& branches = system.branches();
+  const int blocks = pattern.blocks(), columns = 2 * blocks * L::count;
+  for (int block = 0; block < blocks; ++block)
+    solve_transposed_pair<L>(branches, F, pattern, block, x + block * L::count, blocks * L::count, stride);
+  int first = 0;
+  for (; first + 4 * L::count <= columns; first += 4 * L::count)
+    solve_lower_blocks<4, L>(branches, F, scale, x + first, stride);
+  if (first < columns) solve_lower_blocks<2, L>(branches, F, scale, x + first, stride);
+}
+
+}  // namespace
+
+RowPattern::RowPattern(const System& system)
+    : reached_(RowsOf<char>::Zero((system.nv + Lanes::count - 1) / Lanes::count, system.nv)) {
+  const Branches& branches = system.branches();
+  for (int i = 0; i < system.nv; ++i) {
+    add(system, i, i);
+    const Branch branch = branch_of(branches, i);
+    for (int a = 0; a < branch.count; ++a) reached_(branch.ancestors[a] / Lanes::count, i) = 1;
+  }
+}
+
+void RowPattern::add(const System& system, int i, int j) {
+  char* const reached = reached_.row(j / Lanes::count).data();
+  const Branch branch = branch_of(system.branches(), i);
+  reached[i] = 1;
+  for (int a = 0; a < branch.count; ++a) reached[branch.ancestors[a]] = 1;
+}
+
+void solve_pair(const System& system, const Rows& F, const RowPattern& pattern, double scale, double* x,
+                Eigen::Index stride) {
+  in_registers([]<int width>(auto&... each) { solve_pair_lanes<LanesOf<Lanes::count, width>>(each...); },
+               system, F, pattern, scale, x, stride);
+}
+
 void solve_lower(const System& system, const Rows& F, double* x) {
   const Branches& branches = system.branches();
   for (int k = 0; k < system.nv; ++k) {

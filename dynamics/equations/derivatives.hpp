@@ -1,10 +1,5 @@
-// Derivatives of the dynamics, exact to rounding. The program's own formulas on dual numbers (dual.hpp) give
-// those of the residuals
-//   r = A a + B - Q - L^T lambda,   c = L a + E
-// at fixed a and lambda. For the accelerations the implicit function theorem gives
-//   [A -L^T; L 0] [da; dlambda] = -[dr; dc],
-// solved with the factors of the accelerations themselves. (For the unconstrained case see Carpentier,
-// Mansard, Analytical derivatives of rigid body dynamics algorithms, RSS 2018.)
+// Derivatives of the dynamics at one state, for users and other programs; at many states:
+// state_derivatives.hpp. Exact to rounding.
 //
 // Directions. By q: nv columns in the tangent space of the positions, in the units of the velocities: a
 // scalar coordinate itself (m or rad), or for a ball a small rotation x in its own axes (rad), q exp(x). By v
@@ -36,11 +31,6 @@ struct ForwardDerivatives {
 /// scene's own parameters. Fails where `evaluate` does.
 Result<ForwardDerivatives> forward_derivatives(const System& system, const State& state,
                                                const Eigen::VectorXd& efforts = Eigen::VectorXd());
-
-/// Derivative of the residual r by q at fixed v, a (nv) and lambda (rows): nv x nv. Fails if the state does
-/// not fit the system; exceptions of the user's functions pass through.
-Result<Rows> residual_by_q(const System& system, const State& state, const Eigen::VectorXd& a,
-                           const Eigen::VectorXd& multipliers);
 
 /// Inverse dynamics without constraints: the generalised forces that accelerations need beyond the scene's
 /// own, tau = A a + B - Q (nv, N or N m), and their derivatives.

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "dynamics/equations/equations.hpp"
 #include "dynamics/system/border.hpp"
 
 namespace borelli {
@@ -26,14 +25,21 @@ Result<void> check_state(const System& system, const State& state) {
 
 Result<Evaluation> evaluate(const System& system, const State& state, const Eigen::VectorXd& efforts) {
   return at_border(system, [&]() -> Result<Evaluation> {
-    if (auto ok = check_state(system, state); !ok) return tl::unexpected(ok.error());
-    if (efforts.size() != 0 && efforts.size() != system.nv)
-      return bad_use("efforts",
-                     fmt::format("have {} entries; the scene has {} velocities", efforts.size(), system.nv));
     // The result holds another mass matrix and copies of the rows.
     if (auto fits = admit_workspaces(system, system.settings.equations, 2, true); !fits)
       return tl::unexpected(fits.error());
     Workspace w(system);
+    return evaluate(system, state, efforts, w);
+  });
+}
+
+Result<Evaluation> evaluate(const System& system, const State& state, const Eigen::VectorXd& efforts,
+                            Workspace& w) {
+  return at_border(system, [&]() -> Result<Evaluation> {
+    if (auto ok = check_state(system, state); !ok) return tl::unexpected(ok.error());
+    if (efforts.size() != 0 && efforts.size() != system.nv)
+      return bad_use("efforts",
+                     fmt::format("have {} entries; the scene has {} velocities", efforts.size(), system.nv));
     const double* applied = efforts.size() ? efforts.data() : nullptr;
     if (const Fault fault =
             accelerate(system, system.parameters, state.t, state.q.data(), state.v.data(), {}, w, applied))

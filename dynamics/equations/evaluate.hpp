@@ -1,6 +1,7 @@
 // The equations at one state, for users and other programs: `borelli evaluate`.
 #pragma once
 
+#include "dynamics/equations/equations.hpp"
 #include "dynamics/equations/jacobian.hpp"
 
 namespace borelli {
@@ -27,6 +28,10 @@ struct Evaluation {
 /// if a size or state does not fit, or if the equations cannot be solved.
 Result<Evaluation> evaluate(const System& system, const State& state,
                             const Eigen::VectorXd& efforts = Eigen::VectorXd());
+
+/// The same in a Workspace of the system, which saves its allocation at every state but the first.
+Result<Evaluation> evaluate(const System& system, const State& state, const Eigen::VectorXd& efforts,
+                            Workspace& workspace);
 
 /// Whether a state fits a system: sizes, finite numbers, unit quaternions (within 1e-3).
 Result<void> check_state(const System& system, const State& state);

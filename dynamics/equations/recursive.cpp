@@ -5,6 +5,7 @@
 #include <span>
 
 #include "dynamics/equations/armature.hpp"
+#include "dynamics/equations/entries.hpp"
 #include "dynamics/numbers/dual.hpp"
 #include "dynamics/numbers/lanes.hpp"
 #include "dynamics/numbers/processor.hpp"
@@ -34,6 +35,14 @@ void add(const Wrench<T>& wrench, Wrench<T>& to) {
   to.f += wrench.f;
 }
 
+/// Numbers c to c + 2 of the twists of coordinate u and the following ones.
+template <class T>
+Vector3<typename EntriesOf<T>::Type> packs(const KinematicsOf<T>& k, int u, int c) {
+  using Entries = EntriesOf<T>;
+  return {Entries::load(&k.twists(u, c)), Entries::load(&k.twists(u, c + 1)),
+          Entries::load(&k.twists(u, c + 2))};
+}
+
 /// The power of a wrench along the unit twist of coordinate u.
 template <class Kind, class T>
 T power(const KinematicsOf<T>& k, int u, const Wrench<T>& wrench) {
@@ -43,46 +52,6 @@ T power(const KinematicsOf<T>& k, int u, const Wrench<T>& wrench) {
     return k.linear(u).dot(wrench.f);
   else
     return k.angular(u).dot(wrench.n) + k.linear(u).dot(wrench.f);
-}
-
-/// Moves a composite's origin by -r. Its tensor grows by r.(h + h') 1 - h r^T - r h'^T, with h and h' the
-/// first moments before and after.
-template <class T>
-void move(const Vector3<T>& r, CompositeBody<T>& body) {
-  const Vector3<T> h = body.first, to = h + body.mass * r, sum = h + to;
-  const T xx = r[0] * sum[0], yy = r[1] * sum[1], zz = r[2] * sum[2];
-  Symmetric3<T>& I = body.second;
-  I.xx += yy + zz, I.yy += xx + zz, I.zz += xx + yy;
-  I.xy -= h[0] * r[1] + r[0] * to[1];
-  I.xz -= h[0] * r[2] + r[0] * to[2];
-  I.yz -= h[1] * r[2] + r[1] * to[2];
-  body.first = to;
-}
-
-/// Entries of a row of A computed at once: several for one state, one per lane for lanes.
-template <class T>
-struct EntriesOf {
-  using Type = T;
-  static constexpr int count = 1;
-  static T load(const T* from) { return *from; }
-  static void store(const T& entries, T* to) { *to = entries; }
-  static const T& get(const T& entries, int) { return entries; }
-};
-template <>
-struct EntriesOf<double> {
-  using Type = Quad;
-  static constexpr int count = Quad::count;
-  static Quad load(const double* from) { return Quad::load(from); }
-  static void store(const Quad& entries, double* to) { entries.store(to); }
-  static double get(const Quad& entries, int i) { return entries[i]; }
-};
-
-/// Numbers c to c + 2 of the twists of coordinate u and the following ones.
-template <class T>
-Vector3<typename EntriesOf<T>::Type> packs(const KinematicsOf<T>& k, int u, int c) {
-  using Entries = EntriesOf<T>;
-  return {Entries::load(&k.twists(u, c)), Entries::load(&k.twists(u, c + 1)),
-          Entries::load(&k.twists(u, c + 2))};
 }
 
 }  // namespace
@@ -267,25 +236,6 @@ void find_rows(const KinematicsOf<T>& k, int u, const Asked<Kind, T>& asked,
     }
 }
 
-/// One rigid body about its frame's origin.
-template <class T, class Inertia>
-CompositeBody<T> alone(const Inertia& inertial, const BodyMotionOf<T>& m) {
-  const Vector3<T> d = m.g - m.X.p;
-  CompositeBody<T> out;
-  out.mass = inertial.mass;
-  out.first = inertial.mass * d;
-  out.second = point_inertia<T>(inertial.mass, d);
-  out.second += turned<T>(m.X.R, inertial.tensor, has_principal_axes(inertial));
-  return out;
-}
-
-template <class T>
-void add(const CompositeBody<T>& composite, CompositeBody<T>& to) {
-  to.mass += composite.mass;
-  to.first += composite.first;
-  to.second += composite.second;
-}
-
 template <class T>
 void find_mass_matrix_of(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
                          const KinematicsOf<T>& kinematics, RecursionOf<T>& recursion,
@@ -296,16 +246,17 @@ void find_mass_matrix_of(const System& system, const Parameters& parameters, con
     const Body& body = system.bodies[b];
     if (recursion.carries[b]) {
       if (felt)
-        add(recursion.composites[b], composite);
+        composite += recursion.composites[b];
       else
         composite = recursion.composites[b];
       felt = true;
       recursion.carries[b] = false;
     }
     if (body.massive) {
-      const CompositeBody<T> own = alone(inertials[b], kinematics.bodies[b]);
+      const BodyMotionOf<T>& m = kinematics.bodies[b];
+      const CompositeBody<T> own = rigid_body<T>(inertials[b].mass, central_tensor(inertials[b], m), m);
       if (felt)
-        add(own, composite);
+        composite += own;
       else
         composite = own;
     } else if (!felt) {
@@ -322,13 +273,13 @@ void find_mass_matrix_of(const System& system, const Parameters& parameters, con
                                  terms.A);
             }
             if (recursion.before[s] < 0 || stays<Kind>(parameters, s)) return;
-            move<T>(arm(system, kinematics, recursion, s), composite);
+            composite.move(arm(system, kinematics, recursion, s));
           },
           parameters.kinds[s]);
     felt = body.parent == b - 1;
     if (felt || body.parent == 0) continue;
     if (recursion.carries[body.parent])
-      add(composite, recursion.composites[body.parent]);
+      recursion.composites[body.parent] += composite;
     else
       recursion.composites[body.parent] = composite;
     recursion.carries[body.parent] = true;

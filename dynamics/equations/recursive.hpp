@@ -7,21 +7,12 @@
 // far from the world's origin. A ball is three successive coordinates at one point.
 #pragma once
 
-#include "dynamics/equations/kinematics.hpp"
+#include "dynamics/equations/composite_body.hpp"
 #include "dynamics/equations/lagrange.hpp"
 #include "dynamics/equations/passes.hpp"
-#include "dynamics/numbers/symmetric.hpp"
 #include "dynamics/numbers/wrench.hpp"
 
 namespace borelli {
-
-/// A composite rigid body: a body and all that it carries; about its frame's origin.
-template <class T>
-struct CompositeBody {
-  T mass = 0;
-  Eigen::Vector3<T> first = Eigen::Vector3<T>::Zero();  ///< mass times gravity centre, kg m
-  Symmetric3<T> second;                                 ///< inertia tensor, kg m^2
-};
 
 /// Scratch of the recursions; one per thread.
 template <class T>

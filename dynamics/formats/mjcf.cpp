@@ -11,6 +11,7 @@
 #include "dynamics/formats/mjcf_inertia.hpp"
 #include "dynamics/formats/mjcf_joint.hpp"
 #include "dynamics/formats/mjcf_motion.hpp"
+#include "dynamics/formats/mjcf_site.hpp"
 #include "dynamics/formats/unread.hpp"
 
 namespace borelli {
@@ -61,6 +62,7 @@ class MjcfReader {
         options_(root_),
         geoms_(root_, compilers_, model_.not_modelled.other),
         contacts_(root_),
+        sites_(root_),
         joints_(compilers_, options_.joints, model_.not_modelled.motion) {}
 
   ModelFile read() {
@@ -73,6 +75,8 @@ class MjcfReader {
       if (section.name == "worldbody") add_world(section);
     scale_to_total_mass();
     if (options_.joints.springs || options_.joints.dampers) compensate_gravity();
+    sites_.add_springs(root_, poses_, options_.joints, model_.scene.efforts);
+    read_mjcf_start(root_, model_.scene);
     if (options_.equality) model_.scene.constraints = read_mjcf_equality(root_, poses_, joints_.named());
     if (std::string line = joints_.aligned(); !line.empty())
       model_.not_modelled.motion.push_back(std::move(line));
@@ -105,6 +109,7 @@ class MjcfReader {
     Solid floor;
     const MjcfContacts::Body world{world_name, world_name, world_name, ""};
     read_geoms(worldbody, floor, world);
+    sites_.read(worldbody, world_name, model_.scene.markers);
     if (!floor.shapes.empty()) {
       floor.name = joints_.solid_names.make("worldbody");
       model_.scene.solids.push_back(std::move(floor));
@@ -132,6 +137,7 @@ class MjcfReader {
                                   moves ? parent.weld : parent.weld_parent};
     const Inertial own = mjcf_inertial(body, read_geoms(body, solid, self), compilers_);
     if (own.mass > 0 || !own.tensor.isZero(0)) solid.inertials.push_back(own);
+    sites_.read(body, solid.name, model_.scene.markers);
     std::vector<Solid> before;
     joints_.read(body, X_PS, solid, before, model_.scene.efforts);
     for (Solid& s : before) model_.scene.solids.push_back(std::move(s));
@@ -227,6 +233,7 @@ class MjcfReader {
   const Options options_;
   MjcfGeoms geoms_;
   MjcfContacts contacts_;
+  MjcfSites sites_;
   MjcfJoints joints_;
   std::map<std::string, Pose> poses_;  // X_WS in the initial pose of the model
   std::vector<std::pair<std::size_t, double>> compensated_;

@@ -60,10 +60,12 @@ class Defaults {
     if (const std::string* own = parent.find("childclass")) around = checked(parent, "childclass", *own);
     for (XmlElement& c : parent.children) {
       const bool in_equality = parent.name == "equality";
-      if (in_equality || c.name == "joint" || c.name == "geom" || c.name == "mesh" || c.name == "pair") {
+      const bool in_tendon = parent.name == "tendon";
+      if (in_equality || in_tendon || c.name == "joint" || c.name == "geom" || c.name == "mesh" ||
+          c.name == "pair" || c.name == "site") {
         const std::string* own = c.find("class");
         const Class& chosen = classes_.at(own ? checked(c, "class", *own) : around);
-        const auto found = chosen.find(in_equality ? "equality" : c.name);
+        const auto found = chosen.find(in_equality ? "equality" : in_tendon ? "tendon" : c.name);
         if (found != chosen.end()) c.attributes = merged(c.attributes, found->second);
       } else if (c.name == "body" || c.name == "frame" || c.name == "replicate") {
         apply(c, around);
@@ -99,7 +101,7 @@ void apply_mjcf_defaults(XmlElement& root) {
   Defaults defaults(root);
   for (XmlElement& section : root.children)
     if (section.name == "worldbody" || section.name == "asset" || section.name == "equality" ||
-        section.name == "contact")
+        section.name == "contact" || section.name == "tendon")
       defaults.apply(section, defaults.outermost());
 }
 

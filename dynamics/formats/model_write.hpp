@@ -1,6 +1,7 @@
 // Writes scenes as models of other programs: MJCF (MuJoCo), URDF (ROS), OpenSim.
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -9,16 +10,24 @@
 
 namespace borelli {
 
-/// A file of triangles that shows a solid, in the solid's frame.
+/// A file of triangles that shows a solid, with the axes of the solid's frame.
 struct ModelMesh {
   std::string solid;
   std::string file;            ///< as the model refers to it: relative to the model's folder, or absolute
   double metres_per_unit = 1;  ///< size of the file's unit
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< of the file's origin in the solid, m
+};
+
+/// A named frame of a solid, such as its anatomical axes.
+struct ModelFrame {
+  std::string solid, name;
+  Pose pose;  ///< in the solid
 };
 
 /// What a model file tells beside its scene.
 struct ModelExtras {
   std::vector<ModelMesh> meshes;
+  std::vector<ModelFrame> frames;
   std::vector<std::string> comments;  ///< provenance and deviations, one line each
 };
 
@@ -34,5 +43,13 @@ Result<WrittenModel> write_mjcf(const Scene& scene, const ModelExtras& extras = 
 Result<WrittenModel> write_urdf(const Scene& scene, const ModelExtras& extras = {});
 /// A scene as a model of OpenSim (layout of version 4).
 Result<WrittenModel> write_osim(const Scene& scene, const ModelExtras& extras = {});
+
+/// Refuses a file whose ending names none of the formats of write_model().
+Result<void> check_model_ending(const std::filesystem::path& path);
+
+/// A scene in the format that the ending of `path` asks for: .xml or .mjcf, .urdf, .osim, or .toml, which
+/// holds all. Errors: another ending; a scene that does not compile, or that the format cannot hold.
+Result<WrittenModel> write_model(const Scene& scene, const std::filesystem::path& path,
+                                 const ModelExtras& extras = {});
 
 }  // namespace borelli

@@ -6,6 +6,7 @@
 #include <set>
 #include <sstream>
 
+#include "dynamics/formats/osim_force.hpp"
 #include "dynamics/formats/osim_function.hpp"
 #include "dynamics/formats/unique_names.hpp"
 #include "error/printable.hpp"
@@ -47,20 +48,10 @@ class OsimConstraintReader {
     if (kind) scene_.constraints.push_back({constraint_names_.make(name_of(e)), *kind, e.line});
   }
 
-  void read_force(const XmlElement& e) {
-    if (e.name == "PointToPointSpring") {
-      PointSpring spring;
-      spring.a = at_frame(frames_.named_by(e, {"socket_body1", "body1"}), osim_vector(e, "point1"));
-      spring.b = at_frame(frames_.named_by(e, {"socket_body2", "body2"}), osim_vector(e, "point2"));
-      spring.stiffness = value(e, "stiffness"), spring.rest_length = value(e, "rest_length");
-      add(e, spring);
-    } else if (e.name == "SpringGeneralizedForce") {
-      CoordinateSpring spring;
-      spring.on.coordinate = coordinate(e, e.require_child("coordinate").content);
-      spring.stiffness = value(e, "stiffness"), spring.damping = value(e, "viscosity");
-      spring.rest = value(e, "rest_length");
-      add(e, spring);
-    }
+  std::set<std::string> coordinates() const {
+    std::set<std::string> out;
+    for (const auto& [name, one] : switches_) out.insert(name);
+    return out;
   }
 
  private:
@@ -70,17 +61,12 @@ class OsimConstraintReader {
   }
   static void mark(const XmlElement& e) {
     e.read = true;
-    for (const char* child : {"isEnforced", "isDisabled", "appliesForce"}) e.child(child);
+    for (const char* child : {"isEnforced", "isDisabled"}) e.child(child);
   }
   static double value(const XmlElement& e, std::string_view child) {
     const XmlElement* given = e.child(child);
     return given && !given->content.empty() ? given->content_numbers(1, 1)[0] : 0;
   }
-  void add(const XmlElement& e, EffortKind kind) {
-    mark(e);
-    scene_.efforts.push_back({effort_names_.make(name_of(e)), std::move(kind), e.line});
-  }
-
   static SolidPoint at_frame(const OsimFrame& frame, const Vector3d& point) {
     return {frame.solid, frame.X * point};
   }
@@ -162,7 +148,7 @@ class OsimConstraintReader {
   const OsimFrames& frames_;
   Scene& scene_;
   std::map<std::string, Switch*> switches_;
-  UniqueNames constraint_names_, effort_names_;
+  UniqueNames constraint_names_;
 };
 
 }  // namespace
@@ -176,8 +162,9 @@ void read_osim_constraints(const XmlElement& model, const OsimFrames& frames, Sc
   OsimConstraintReader reader(frames, scene);
   for (const XmlElement* e : osim_objects(model, "ConstraintSet"))
     if (osim_acts(*e)) reader.read_constraint(*e);
+  OsimForceReader forces(frames, reader.coordinates(), scene);
   for (const XmlElement* e : osim_objects(model, "ForceSet"))
-    if (osim_acts(*e)) reader.read_force(*e);
+    if (osim_acts(*e)) forces.read(*e);
 }
 
 }  // namespace borelli

@@ -1,4 +1,4 @@
-// The constraints of OpenSim, and the springs that a scene has too.
+// The constraints of OpenSim that a scene has too, and its forces.
 #pragma once
 
 #include <optional>
@@ -12,9 +12,8 @@ namespace borelli {
 
 /// Adds to the scene, whose solids are complete: CoordinateCouplerConstraint (of one coordinate: the
 /// dependent one becomes Coupled; a linear one of several: CoordinateCoupling), PointConstraint,
-/// WeldConstraint, ConstantDistanceConstraint, PointOnLineConstraint; PointToPointSpring and
-/// SpringGeneralizedForce. Others, and those that are switched off, are left unread (so that they are
-/// listed). Throws XmlRefusal: names that are not there, and couplings by functions of several coordinates.
+/// WeldConstraint, ConstantDistanceConstraint, PointOnLineConstraint; and the forces of osim_force.hpp.
+/// Others, and those that are switched off, are left unread (so that they are listed). Throws XmlRefusal: names that are not there, and couplings by functions of several coordinates.
 void read_osim_constraints(const XmlElement& model, const OsimFrames& frames, Scene& scene);
 
 /// Whether a constraint or force of the file acts: isEnforced, appliesForce, and isDisabled of OpenSim 3.

@@ -39,6 +39,16 @@ TimeFunction table_of(const XmlElement& function) {
   return table.times.size() == 2 ? line_through(table.times, table.values) : table;
 }
 
+// A GCVSpline of degree 3 that smooths nothing is the natural spline.
+TimeFunction gcv_spline_of(const XmlElement& function) {
+  if (osim_number(function, "half_order", 3) != 2 || osim_number(function, "error_variance", 0) != 0)
+    function.refuse("smooths, or is not cubic; expected half_order 2 and error_variance 0");
+  for (const char* child : {"weights", "coefficients"}) function.child(child);
+  const Table table(osim_values(function, "x"), osim_values(function, "y"), SplineEnds::natural);
+  if (const std::string bad = table.complaint(); !bad.empty()) function.refuse(bad);
+  return table;
+}
+
 // The speed of a coordinate would jump at each bend of a piecewise linear function.
 TimeFunction piecewise_of(const XmlElement& function) {
   const std::vector<double> x = osim_values(function, "x"), y = osim_values(function, "y");
@@ -84,6 +94,8 @@ TimeFunction read_osim_function(const XmlElement& function) {
                osim_number(function, "phase", 0), osim_number(function, "offset", 0)};
   } else if (kind == "SimmSpline" || kind == "NaturalCubicSpline" || kind == "natCubicSpline") {
     out = table_of(function);
+  } else if (kind == "GCVSpline") {
+    out = gcv_spline_of(function);
   } else if (kind == "PiecewiseLinearFunction") {
     out = piecewise_of(function);
   } else if (kind == "MultiplierFunction") {
@@ -93,7 +105,7 @@ TimeFunction read_osim_function(const XmlElement& function) {
   } else {
     function.refuse(
         "is a function that is not known; expected Constant, LinearFunction, PolynomialFunction, Sine, "
-        "SimmSpline, PiecewiseLinearFunction or MultiplierFunction");
+        "SimmSpline, GCVSpline, PiecewiseLinearFunction or MultiplierFunction");
   }
   if (const std::string bad = complaint_of(out); !bad.empty()) function.refuse(bad);
   return out;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "dynamics/run/step_watch.hpp"
+#include "pipeline/export/certificate_fields.hpp"
 
 namespace borelli {
 
@@ -23,6 +24,16 @@ std::string smallest_step(const Certificate& c) {
 std::string shock_of(const LoggedEvent& e) {
   if (e.impulse == 0) return "";
   return fmt::format(" (impulse {:.6g}, {:.6g} J lost)", e.impulse, e.energy_lost);
+}
+
+template <class Row>
+nlohmann::json table_of(const std::vector<Row>& rows) {
+  auto table = nlohmann::json::array();
+  for (const Row& row : rows) {
+    auto& entry = table.emplace_back();
+    visit_columns(&row, [&](const char* name, auto field, const char*, Held) { entry[name] = row.*field; });
+  }
+  return table;
 }
 
 }  // namespace
@@ -91,73 +102,16 @@ std::string text_of(const Certificate& c) {
 }
 
 nlohmann::json json_of(const Certificate& c) {
-  nlohmann::json out{{"trusted", c.trusted},
-                     {"reason", c.reason},
-                     {"reason_time", c.reason_time},
-                     {"method", c.method},
-                     {"equations", c.equations},
-                     {"energy_drift", c.energy_drift},
-                     {"energy_drift_time", c.energy_drift_time},
-                     {"energy_turnover", c.energy_turnover},
-                     {"energy_threshold", c.energy_threshold},
-                     {"work",
-                      {{"efforts", c.work_efforts},
-                       {"drives", c.work_drives},
-                       {"constraints", c.work_constraints},
-                       {"baumgarte", c.work_baumgarte},
-                       {"projection", c.work_projection},
-                       {"projection_size", c.work_projection_size},
-                       {"events", c.work_events},
-                       {"events_size", c.work_events_size}}},
-                     {"assembly",
-                      {{"position", c.assembly_position},
-                       {"position_coordinate", c.assembly_position_coordinate},
-                       {"velocity", c.assembly_velocity},
-                       {"velocity_coordinate", c.assembly_velocity_coordinate}}},
-                     {"conserved", nlohmann::json::array()},
-                     {"residuals", nlohmann::json::array()},
-                     {"constraint_rows", c.constraint_rows},
-                     {"constraint_rank", c.constraint_rank},
-                     {"nearness", c.nearness},
-                     {"nearness_time", c.nearness_time},
-                     {"singular_passages", c.singular_passages},
-                     {"singular_turn", c.singular_turn},
-                     {"redundant", c.redundant},
-                     {"contacts", c.contacts},
-                     {"impacts", c.impacts},
-                     {"impact_loss", c.impact_loss},
-                     {"contact_error", c.contact_error},
-                     {"steps_accepted", c.steps_accepted},
-                     {"steps_rejected", c.steps_rejected},
-                     {"evaluations", c.evaluations},
-                     {"smallest_step", c.smallest_step},
-                     {"smallest_step_time", c.smallest_step_time},
-                     {"step_defect", c.step_defect},
-                     {"step_defect_time", c.step_defect_time},
-                     {"step_defect_coordinate", c.step_defect_coordinate},
-                     {"accuracy", c.accuracy},
-                     {"estimated_error", c.estimated_error},
-                     {"vouches_for", vouches_for(c)},
-                     {"state_known_until", c.known_until},
-                     {"stiff_from", c.stiff_from},
-                     {"events", nlohmann::json::array()},
-                     {"notes", c.notes}};
-  for (const Conserved& m : c.conserved)
-    out["conserved"].push_back({{"name", m.name}, {"drift", m.drift}, {"scale", m.scale}, {"time", m.time}});
-  for (const ConstraintResidual& r : c.residuals)
-    out["residuals"].push_back({{"constraint", r.constraint},
-                                {"position", r.position},
-                                {"velocity", r.velocity},
-                                {"position_time", r.position_time},
-                                {"velocity_time", r.velocity_time},
-                                {"acceleration", r.acceleration},
-                                {"acceleration_time", r.acceleration_time}});
-  for (const LoggedEvent& e : c.events)
-    out["events"].push_back({{"time", e.time},
-                             {"kind", e.kind},
-                             {"name", e.name},
-                             {"impulse", e.impulse},
-                             {"energy_lost", e.energy_lost}});
+  nlohmann::json out;
+  visit_certificate(c, [&](const std::string& name, const auto& value, Held) {
+    out[nlohmann::json::json_pointer("/" + name)] = value;
+  });
+  out["vouches_for"] = vouches_for(c);
+  out["redundant"] = c.redundant;
+  out["notes"] = c.notes;
+  out["conserved"] = table_of(c.conserved);
+  out["residuals"] = table_of(c.residuals);
+  out["events"] = table_of(c.events);
   return out;
 }
 

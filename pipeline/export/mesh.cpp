@@ -266,6 +266,7 @@ Result<std::vector<Mesh>> part_meshes(const LabelMap& labels, const MeshOptions&
       const std::size_t n = order[m];
       const VoxelBox& box = boxes[present[n]];
       meshes[n] = part_mesh(**vtk, labels, present[n], box, options.tolerance);
+      meshes[n].label = present[n];
       const std::lock_guard lock(telling);
       done += box.voxels;
       if (options.progress && !options.progress(static_cast<double>(done) / static_cast<double>(all)))

@@ -12,6 +12,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,8 @@ struct Mesh {
   std::string name;                                     ///< the part's, e.g. "thigh_left"
   std::vector<Eigen::Vector3f> points;                  ///< p_WP, m
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< indices into points
+  int label = 0;                                        ///< the part's number in its label map; 0: none
+  std::optional<double> density = {};                   ///< mean density of the part, kg/m^3, if known
 };
 
 struct MeshOptions {

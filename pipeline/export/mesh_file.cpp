@@ -1,5 +1,7 @@
 #include "pipeline/export/mesh_file.hpp"
 
+#include <fmt/core.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <bit>
@@ -7,9 +9,12 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <iterator>
 #include <set>
 #include <system_error>
+#include <tuple>
 
+#include "error/printable.hpp"
 #include "pipeline/files/whole_file.hpp"
 #include "pipeline/on_demand/vtk.hpp"
 #include "process/child.hpp"
@@ -18,23 +23,23 @@
 
 namespace borelli {
 
-// 80 bytes of text, the number of triangles, then per triangle its normal, three points and two unused bytes
-Result<void> write_stl(const std::string& path, const Mesh& mesh) {
-  static_assert(std::endian::native == std::endian::little, "STL is little-endian");
-  std::string bytes = "borelli " + mesh.name + ", metres";
-  bytes.resize(80, ' ');
-  const auto put = [&](const void* value, std::size_t size) {
-    bytes.append(static_cast<const char*>(value), size);
-  };
-  const auto count = static_cast<std::uint32_t>(mesh.triangles.size());
-  put(&count, 4);
-  bytes.reserve(84 + 50 * mesh.triangles.size());
-  for (const auto& t : mesh.triangles) {
-    const Eigen::Vector3f &a = mesh.points[t[0]], &b = mesh.points[t[1]], &c = mesh.points[t[2]];
-    const Eigen::Vector3f normal = (b - a).cross(c - a).stableNormalized();
-    for (const Eigen::Vector3f* v : {&normal, &a, &b, &c}) put(v->data(), 12);
-    put("\0\0", 2);
-  }
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "STL and PLY are written little-endian");
+
+float per_metre(MeshUnit unit) { return unit == MeshUnit::metre ? 1.0F : 1000.0F; }
+
+// what each format's free text says
+std::string words_of(const Mesh& mesh, MeshUnit unit) {
+  return "borelli " + printable(mesh.name) + (unit == MeshUnit::metre ? ", metres" : ", millimetres") +
+         ", SPACE=LPS";
+}
+
+void put(std::string& bytes, const void* value, std::size_t size) {
+  bytes.append(static_cast<const char*>(value), size);
+}
+
+Result<void> write_file(const std::string& path, const std::string& bytes) {
   errno = 0;
   std::ofstream file(path, std::ios::binary);
   file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
@@ -43,10 +48,57 @@ Result<void> write_stl(const std::string& path, const Mesh& mesh) {
   return {};
 }
 
-Result<void> write_vtp(const std::string& path, const Mesh& mesh) {
+}  // namespace
+
+// 80 bytes of text, the number of triangles, then per triangle its normal, three points and two unused bytes
+Result<void> write_stl(const std::string& path, const Mesh& mesh, MeshUnit unit) {
+  std::string bytes = words_of(mesh, unit);
+  bytes.resize(80, ' ');
+  const auto count = static_cast<std::uint32_t>(mesh.triangles.size());
+  put(bytes, &count, 4);
+  bytes.reserve(84 + 50 * mesh.triangles.size());
+  for (const auto& t : mesh.triangles) {
+    const Eigen::Vector3f a = per_metre(unit) * mesh.points[t[0]], b = per_metre(unit) * mesh.points[t[1]],
+                          c = per_metre(unit) * mesh.points[t[2]];
+    const Eigen::Vector3f normal = (b - a).cross(c - a).stableNormalized();
+    for (const Eigen::Vector3f* v : {&normal, &a, &b, &c}) put(bytes, v->data(), 12);
+    put(bytes, "\0\0", 2);
+  }
+  return write_file(path, bytes);
+}
+
+Result<void> write_ply(const std::string& path, const Mesh& mesh, MeshUnit unit) {
+  std::string bytes = fmt::format(
+      "ply\nformat binary_little_endian 1.0\ncomment {}\nelement vertex {}\nproperty float x\n"
+      "property float y\nproperty float z\nelement face {}\nproperty list uchar int vertex_indices\n"
+      "end_header\n",
+      words_of(mesh, unit), mesh.points.size(), mesh.triangles.size());
+  for (const Eigen::Vector3f& point : mesh.points) {
+    const Eigen::Vector3f p = per_metre(unit) * point;
+    put(bytes, p.data(), 12);
+  }
+  for (const auto& t : mesh.triangles) {
+    bytes += '\3';
+    put(bytes, t.data(), 12);
+  }
+  return write_file(path, bytes);
+}
+
+Result<void> write_obj(const std::string& path, const Mesh& mesh, MeshUnit unit) {
+  std::string text = fmt::format("# {}\no {}\n", words_of(mesh, unit), printable(mesh.name));
+  for (const Eigen::Vector3f& point : mesh.points) {
+    const Eigen::Vector3f p = per_metre(unit) * point;
+    fmt::format_to(std::back_inserter(text), "v {} {} {}\n", p[0], p[1], p[2]);
+  }
+  for (const auto& t : mesh.triangles)
+    fmt::format_to(std::back_inserter(text), "f {} {} {}\n", t[0] + 1, t[1] + 1, t[2] + 1);
+  return write_file(path, text);
+}
+
+Result<void> write_vtp(const std::string& path, const Mesh& mesh, MeshUnit unit) {
   const auto vtk = on_demand<VtkFunctions>();
   if (!vtk) return tl::unexpected(vtk.error());
-  return (*vtk)->write_vtp(path, mesh);
+  return (*vtk)->write_vtp(path, mesh, static_cast<double>(per_metre(unit)));
 }
 
 // Damaged files crash VTK, so a child process reads the file first.
@@ -84,15 +136,19 @@ Result<std::vector<std::filesystem::path>> write_meshes(const std::filesystem::p
   std::vector<std::filesystem::path> files;
   const auto write = [&](const Mesh& mesh, const char* ending, auto writer) {
     files.push_back(folder / (file_name(mesh.name) + ending));
-    return write_whole(files.back(),
-                       [&](const std::filesystem::path& beside) { return writer(beside.string(), mesh); });
+    return write_whole(files.back(), [&](const std::filesystem::path& beside) {
+      return writer(beside.string(), mesh, formats.unit);
+    });
   };
-  for (const Mesh& mesh : meshes) {
-    if (formats.stl)
-      if (const auto done = write(mesh, ".stl", write_stl); !done) return tl::unexpected(done.error());
-    if (formats.vtp)
-      if (const auto done = write(mesh, ".vtp", write_vtp); !done) return tl::unexpected(done.error());
-  }
+  using Writer = Result<void> (*)(const std::string&, const Mesh&, MeshUnit);
+  const std::tuple<bool, const char*, Writer> writers[] = {{formats.stl, ".stl", write_stl},
+                                                           {formats.vtp, ".vtp", write_vtp},
+                                                           {formats.ply, ".ply", write_ply},
+                                                           {formats.obj, ".obj", write_obj}};
+  for (const Mesh& mesh : meshes)
+    for (const auto& [wanted, ending, writer] : writers)
+      if (wanted)
+        if (const auto done = write(mesh, ending, writer); !done) return tl::unexpected(done.error());
   return files;
 }
 

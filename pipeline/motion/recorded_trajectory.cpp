@@ -18,13 +18,14 @@ Result<Trajectory> recorded_trajectory(const System& system, const RecordedEffor
     rows->resize(count, 3);
   SolidPoses poses(system);
   State state = system.initial;
+  Workspace workspace(system);
   for (Eigen::Index i = 0; i < count; ++i) {
     state.t = motion.times[std::size_t(i)];
     state.q = motion.q.row(i).transpose();
     state.v = motion.v.row(i).transpose();
     poses.update(state.t, state.q);
     for (std::size_t s = 0; s < system.solids.size(); ++s) out.poses.push_back(poses.of(int(s)));
-    const auto terms = evaluate(system, state);
+    const auto terms = evaluate(system, state, {}, workspace);
     if (!terms) return tl::unexpected(terms.error());
     out.gravity_centre.row(i) = terms->momenta.centre.transpose();
     out.linear_momentum.row(i) = terms->momenta.linear.transpose();

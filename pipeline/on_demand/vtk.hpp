@@ -22,8 +22,8 @@ struct VtkFunctions {
   TriangleSurface (*smooth_surface)(std::vector<unsigned char>& shares, const std::array<int, 3>& size);
   /// Appends the triangles of `form`, placed by `X`, to `mesh`.
   void (*add_form)(Mesh& mesh, const Pose& X, const Form& form);
-  /// See mesh_file.hpp. Errors: the file cannot be written.
-  Result<void> (*write_vtp)(const std::string& path, const Mesh& mesh);
+  /// See mesh_file.hpp; `per_metre`: the file's units in a metre. Errors: the file cannot be written.
+  Result<void> (*write_vtp)(const std::string& path, const Mesh& mesh, double per_metre);
   /// Reads a file of write_vtp. A damaged file may crash VTK: call it in a child process first. Errors: the
   /// file cannot be read.
   Result<Mesh> (*read_vtp)(const std::string& path);

@@ -21,11 +21,15 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 struct ExportAsked {
-  std::string labels, names, folder, landmarks;
-  bool stl = false, vtp = false, picture = false;
+  std::string labels, names, folder, landmarks, table, units = "m";
+  bool stl = false, vtp = false, ply = false, obj = false, picture = false;
   double tolerance_mm = 1;
 
-  bool nothing_named() const { return !stl && !vtp && !picture; }
+  // STL and VTP if nothing is named
+  MeshFormats formats() const {
+    const bool both = !stl && !vtp && !ply && !obj && !picture;
+    return {stl || both, vtp || both, ply, obj, units == "mm" ? MeshUnit::millimetre : MeshUnit::metre};
+  }
 };
 
 // joint centres of a landmark file, in the world frame
@@ -38,6 +42,17 @@ Result<std::vector<Eigen::Vector3d>> joints_of(const std::string& path) {
     if (const auto joint = landmarks->find(part.joint); joint != landmarks->end())
       centres.push_back(1e-3 * joint->second.point);
   return centres;
+}
+
+// gives each mesh its part's mean density
+Result<void> add_densities(const Command& command, const std::string& path, std::vector<Mesh>& meshes) {
+  if (path.empty()) return {};
+  const auto table = read_table(command, path);
+  if (!table) return tl::unexpected(table.error());
+  for (Mesh& mesh : meshes)
+    for (const InertiaRow& row : table->rows)
+      if (row.name == mesh.name && row.volume > 0) mesh.density = row.inertial.mass / row.volume;
+  return {};
 }
 
 json account(const std::vector<Mesh>& meshes, const std::vector<fs::path>& files) {
@@ -65,16 +80,16 @@ Result<json> run(const ExportAsked& wanted, const Command& command) {
 
   ProgressBar bar(command.json);
   bar.begin("meshes");
-  const auto meshes = part_meshes(*labels, {1e-3 * wanted.tolerance_mm, command.threads, [&](double share) {
-                                              bar.update(share);
-                                              return true;
-                                            }});
+  auto meshes = part_meshes(*labels, {1e-3 * wanted.tolerance_mm, command.threads, [&](double share) {
+                                        bar.update(share);
+                                        return true;
+                                      }});
   if (!meshes) return tl::unexpected(meshes.error());
   if (meshes->empty()) return failure(wanted.labels, "contains no labelled voxel");
   bar.end(fmt::format("{} parts", meshes->size()));
 
-  const bool all = wanted.nothing_named();
-  auto files = write_meshes(folder, *meshes, {wanted.stl || all, wanted.vtp || all});
+  if (auto done = add_densities(command, wanted.table, *meshes); !done) return tl::unexpected(done.error());
+  auto files = write_meshes(folder, *meshes, wanted.formats());
   if (!files) return tl::unexpected(files.error());
   if (wanted.picture) {
     const auto drawn = write_whole(picture, [&](const fs::path& beside) {
@@ -102,8 +117,14 @@ void add_export(CLI::App& program, Command& command) {
   verb->add_option("--label-names", wanted->names,
                    "Names of the labels, a TSV file (default: the file of names beside the label map)");
   verb->add_flag("--stl", wanted->stl,
-                 "Write meshes as STL (default without --stl, --vtp and --picture: STL and VTP)");
-  verb->add_flag("--vtp", wanted->vtp, "Write meshes as VTP");
+                 "Write meshes as STL (default if no format and no picture is named: STL and VTP)");
+  verb->add_flag("--vtp", wanted->vtp, "Write meshes as VTP, with the part's name, number and density");
+  verb->add_flag("--ply", wanted->ply, "Write meshes as PLY");
+  verb->add_flag("--obj", wanted->obj, "Write meshes as OBJ");
+  verb->add_option("--units", wanted->units, "Unit of the meshes' coordinates: m, or mm as 3D Slicer expects")
+      ->check(CLI::IsMember({"m", "mm"}))
+      ->capture_default_str();
+  verb->add_option("--table", wanted->table, "Inertia table (.json), for the densities in VTP files");
   verb->add_flag("--picture", wanted->picture, "Draw a picture, body.png; needs an X display");
   verb->add_option("--landmarks", wanted->landmarks,
                    "Landmarks (JSON); the picture shows their joint centres");

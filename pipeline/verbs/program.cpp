@@ -15,6 +15,7 @@
 #include "error/nearest_name.hpp"
 #include "error/printable.hpp"
 #include "pipeline/files/whole_file.hpp"
+#include "pipeline/verbs/manual.hpp"
 #include "pipeline/verbs/progress.hpp"
 #include "pipeline/verbs/say.hpp"
 #include "pipeline/verbs/settings.hpp"
@@ -70,13 +71,16 @@ std::string memory_size(const std::string& text) {
   return *bytes < least_memory ? fmt::format("'{}' is too little; expected 100M or more", text) : "";
 }
 
-int run(int argc, char** argv) {
-  borelli::Command command;
-  std::string max_memory;
-  CLI::App program{"Turn a CT or MR volume of a person into a body that moves", "borelli"};
-  program.set_version_flag("--version", "borelli " BORELLI_VERSION);
-  program.require_subcommand(1);
-  program.fallthrough();
+void add_general_options(CLI::App& program, borelli::Command& command, std::string& max_memory) {
+  program.set_version_flag("--version", "borelli " BORELLI_VERSION "\n" BORELLI_LIBRARIES);
+  // (what they print ends the parsing as --version does)
+  program.add_flag_callback(
+      "--manual",
+      [&program] { throw CLI::CallForVersion(borelli::manual_page(program, BORELLI_VERSION), 0); },
+      "Print the manual page, in troff");
+  program.add_flag_callback(
+      "--completion", [&program] { throw CLI::CallForVersion(borelli::bash_completion(program), 0); },
+      "Print a script that completes the command line in bash");
   program.add_flag("--json", command.json, "Print the answer as JSON on standard output");
   program.add_option("--threads", command.threads, "Number of threads (0: all cores)")
       ->check(CLI::Range(0, 1024));
@@ -85,17 +89,22 @@ int run(int argc, char** argv) {
                   "Largest amount of memory to use, e.g. 4G (default: three quarters of the free memory)")
       ->check(memory_size);
   program.add_flag("--force", command.force, "Repeat stages even if their results exist");
+}
 
-  const auto settings = std::make_shared<borelli::TomlSettings>(program);
+// returns the option that names the file
+CLI::Option* add_settings_file(CLI::App& program) {
   auto* settings_file = program.set_config("--settings", "", "TOML file of settings with one table per verb");
   settings_file->check([](const std::string& path) {
     const auto fine =
         path.empty() ? borelli::Result<void>() : borelli::check_input_file(path, borelli::most_text_bytes);
     return fine ? std::string() : fine.error().message();
   });
-  program.config_formatter(settings);
+  program.config_formatter(std::make_shared<borelli::TomlSettings>(program));
   program.allow_config_extras(CLI::config_extras_mode::error);
+  return settings_file;
+}
 
+void add_verbs(CLI::App& program, borelli::Command& command) {
   borelli::add_run(program, command);
   borelli::add_phantom(program, command);
   borelli::add_segment(program, command);
@@ -108,6 +117,7 @@ int run(int argc, char** argv) {
   borelli::add_evaluate(program, command);
   borelli::add_equilibrium(program, command);
   borelli::add_modes(program, command);
+  borelli::add_convert(program, command);
   borelli::add_export(program, command);
   borelli::add_report(program, command);
   borelli::add_figures(program, command);
@@ -115,8 +125,18 @@ int run(int argc, char** argv) {
   borelli::add_stability(program, command);
   borelli::add_economy(program, command);
   borelli::add_info(program, command);
-
   for (auto* verb : program.get_subcommands({})) verb->allow_config_extras(CLI::config_extras_mode::error);
+}
+
+int run(int argc, char** argv) {
+  borelli::Command command;
+  std::string max_memory;
+  CLI::App program{"Turn a CT or MR volume of a person into a body that moves", "borelli"};
+  program.require_subcommand(1);
+  program.fallthrough();
+  add_general_options(program, command, max_memory);
+  const auto* settings_file = add_settings_file(program);
+  add_verbs(program, command);
 
   try {
     program.parse(argc, argv);

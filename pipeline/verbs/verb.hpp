@@ -61,6 +61,7 @@ void add_id(CLI::App& program, Command& command);
 void add_evaluate(CLI::App& program, Command& command);
 void add_equilibrium(CLI::App& program, Command& command);
 void add_modes(CLI::App& program, Command& command);
+void add_convert(CLI::App& program, Command& command);
 void add_export(CLI::App& program, Command& command);
 void add_report(CLI::App& program, Command& command);
 void add_figures(CLI::App& program, Command& command);

@@ -2,10 +2,7 @@
 
 #include <fmt/core.h>
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 #include <future>
 #include <optional>
 #include <utility>
@@ -13,7 +10,6 @@
 
 #include "process/memory.hpp"
 #include "segmentation/body/anatomy.hpp"
-#include "segmentation/body/body_mask.hpp"
 #include "segmentation/files/given_landmarks.hpp"
 #include "segmentation/joints/column_levels.hpp"
 #include "segmentation/joints/frame_points.hpp"
@@ -33,79 +29,21 @@
 #include "segmentation/labelling/class_parts.hpp"
 #include "segmentation/labelling/landmark_seeds.hpp"
 #include "segmentation/labelling/part_findings.hpp"
+#include "segmentation/labelling/scan_check.hpp"
 #include "segmentation/labelling/second_opinion.hpp"
 #include "segmentation/labelling/soft_tissue.hpp"
 #include "segmentation/labelling/unparted_limbs.hpp"
+#include "segmentation/labelling/views.hpp"
+#include "segmentation/labelling/voxel_labels.hpp"
 #include "segmentation/proposal/proposal.hpp"
 #include "segmentation/proposal/walls.hpp"
 #include "segmentation/vocabulary/part_planes.hpp"
-#include "segmentation/volume/nearest_whole.hpp"
 #include "threads/slabs.hpp"
 
 namespace borelli {
 namespace {
 
 using Eigen::Vector3d;
-
-// Labels on the scan's own voxels. At the skin the voxel's own value decides whether it is body, in hollows
-// the work grid's mask. The part follows from the flesh's owner on the work grid and the planes at the
-// voxel's centre. Classes override both.
-LabelMap label_voxels(const GreyVolume& volume, const Anatomy& a, const Volume<std::uint8_t>& owner,
-                      const PartPlanes& planes, const ClassParts* classes, const AbsentParts& absent,
-                      int threads) {
-  LabelMap map;
-  map.grid = volume.grid;
-  map.voxels.assign(volume.grid.count(), 0);
-  for (const Part& part : parts) map.names.emplace_back(part.name);
-  const auto& g = volume.grid;
-  const double step = a.step();
-  using Place = std::array<std::int64_t, 3>;
-  const auto place_at_work = [&](std::int64_t i, std::int64_t j, std::int64_t k) -> Place {
-    const Vector3d index = (g.point(i, j, k) - a.grid().origin) / step;
-    return {nearest_whole(index[0]), nearest_whole(index[1]), nearest_whole(index[2])};
-  };
-  // if the scan's axes are the patient's, each scan index maps to one work-grid index: computed once
-  const bool straight = g.axes.isDiagonal(0);
-  std::array<std::vector<std::int64_t>, 3> at_work;
-  for (std::size_t c = 0; straight && c < 3; ++c)
-    for (std::int64_t n = 0; n < g.size[c]; ++n)
-      at_work[c].push_back(place_at_work(c == 0 ? n : 0, c == 1 ? n : 0, c == 2 ? n : 0)[c]);
-  in_turns(g.size[2], threads, [&](std::int64_t k0, std::int64_t k1) {
-    for (std::int64_t k = k0; k < k1; ++k)
-      for (std::int64_t j = 0; j < g.size[1]; ++j)
-        for (std::int64_t i = 0; i < g.size[0]; ++i) {
-          const auto [wi, wj, wk] = straight ? Place{at_work[0][static_cast<std::size_t>(i)],
-                                                     at_work[1][static_cast<std::size_t>(j)],
-                                                     at_work[2][static_cast<std::size_t>(k)]}
-                                             : place_at_work(i, j, k);
-          const bool held = a.grid().holds(wi, wj, wk);
-          const std::size_t w = held ? a.grid().offset(wi, wj, wk) : 0;
-          if (const auto told = classes ? classes->place(g.offset(i, j, k)) : ClassParts::Place::open;
-              told != ClassParts::Place::open) {
-            if (told == ClassParts::Place::body)
-              map.at(i, j, k) = static_cast<std::uint8_t>(
-                  classes->part(g.offset(i, j, k), held ? owner.voxels[w] : 0, g.point(i, j, k), planes));
-            continue;
-          }
-          if (!held) continue;
-          if (!owner.voxels[w]) continue;
-          const bool in_mask = a.body.voxels[w] != 0;
-          const bool dense_there = a.scan.hu.voxels[w] > skin_edge_hu;
-          const std::size_t o = g.offset(i, j, k);
-          const bool dense = hu_of(volume.voxels[o], volume.quantity) > skin_edge_hu;
-          // Count a dense voxel unless it belongs to a removed object (table, blanket). Count air in hollows
-          // and deep inside. (A voxel that is body only because of a class does not make its neighbours a
-          // hollow.)
-          const bool hollow = !dense_there && !(classes && classes->at_work(w));
-          const bool inside = dense ? in_mask || !dense_there
-                                    : in_mask && (hollow || a.depth[w] > 2 * static_cast<float>(step));
-          if (inside)
-            map.voxels[o] = static_cast<std::uint8_t>(planes.part(owner.voxels[w], g.point(i, j, k)));
-        }
-  });
-  leave_out(absent, map.voxels);
-  return map;
-}
 
 using Progress = std::function<void(double, std::string_view)>;
 
@@ -197,10 +135,6 @@ Segmentation parts_of(const GreyVolume& volume, Anatomy& a, const Trunk& of_body
   return out;
 }
 
-bool has_both(const Trunk& trunk) {
-  return trunk.hip[0] && trunk.hip[1] && trunk.shoulder[0] && trunk.shoulder[1];
-}
-
 bool has_body(const Anatomy& a) {
   return std::any_of(a.body.voxels.begin(), a.body.voxels.end(), [](std::uint8_t v) { return v != 0; });
 }
@@ -217,99 +151,6 @@ Result<void> ask_forest(Anatomy& a, const Forest* forest) {
   return {};
 }
 
-// How a volume is viewed: a body turned in the scanner along its own axes, and one of unusual size scaled to
-// an adult's. Directions and lengths of bones, gaps and flesh are tuned to an adult who lies straight.
-struct View {
-  double size = 1;                                     // of the body relative to an adult
-  Eigen::Matrix3d body = Eigen::Matrix3d::Identity();  // its left, back and up, in the patient frame
-  double turn() const { return Eigen::AngleAxisd(body).angle(); }
-
-  Grid seen(Grid grid) const {
-    grid.axes = body.transpose() * grid.axes / size;
-    grid.origin = body.transpose() * grid.origin / size;
-    return grid;
-  }
-  Landmarks seen(Landmarks landmarks) const {
-    return moved(std::move(landmarks), body.transpose(), 1 / size);
-  }
-  Landmarks unseen(Landmarks landmarks) const { return moved(std::move(landmarks), body, size); }
-
- private:
-  static Landmarks moved(Landmarks landmarks, const Eigen::Matrix3d& turn, double factor) {
-    for (auto& [name, landmark] : landmarks) {
-      landmark.point = factor * (turn * landmark.point);
-      landmark.deviation *= factor, landmark.radius *= factor;
-    }
-    return landmarks;
-  }
-};
-
-// a body turned by more is viewed along its own axes (radians); hips and shoulders of straight bodies are up
-// to about 3 degrees off
-constexpr double straight = 6 * EIGEN_PI / 180;
-
-Eigen::Matrix3d axes_of(const Vector3d& left, const Vector3d& up) {
-  Eigen::Matrix3d axes;
-  axes.col(2) = up.normalized();
-  axes.col(0) = (left - left.dot(axes.col(2)) * axes.col(2)).normalized();
-  axes.col(1) = axes.col(2).cross(axes.col(0));
-  return axes;
-}
-
-// the body's own axes from hips and shoulders
-Eigen::Matrix3d axes_of(const Trunk& trunk) {
-  const auto across = [](const auto& pair) { return Vector3d(pair[0]->centre - pair[1]->centre); };
-  const auto middle = [](const auto& pair) { return Vector3d(0.5 * (pair[0]->centre + pair[1]->centre)); };
-  const Vector3d hips = across(trunk.hip), shoulders = across(trunk.shoulder);
-  return axes_of(hips.normalized() + shoulders.normalized(), middle(trunk.shoulder) - middle(trunk.hip));
-}
-
-// The same without hips and shoulders, from the body's shape: up along the centres of its sections, left
-// along their longer axis.
-Eigen::Matrix3d axes_of_form(const Anatomy& a) {
-  const auto& g = a.grid();
-  double count = 0;
-  Vector3d sum = Vector3d::Zero();
-  Eigen::Matrix2d across = Eigen::Matrix2d::Zero();  // second moments of all sections about their centres
-  std::vector<std::pair<Vector3d, double>> sections;
-  for (std::int64_t k = 0; k < g.size[2]; ++k) {
-    double n = 0;
-    Vector3d first = Vector3d::Zero();
-    Eigen::Matrix2d second = Eigen::Matrix2d::Zero();
-    for (std::int64_t j = 0; j < g.size[1]; ++j)
-      for (std::int64_t i = 0; i < g.size[0]; ++i) {
-        if (!a.body.at(i, j, k)) continue;
-        const Vector3d p = g.point(i, j, k);
-        first += p, ++n;
-        second += p.head<2>() * p.head<2>().transpose();
-      }
-    if (n == 0) continue;
-    first /= n;
-    across += second - n * first.head<2>() * first.head<2>().transpose();
-    sections.emplace_back(first, n);
-    sum += n * first, count += n;
-  }
-  if (count == 0) return Eigen::Matrix3d::Identity();
-  const Vector3d centre = sum / count;
-  Eigen::Vector2d rises = Eigen::Vector2d::Zero();
-  double heights = 0;
-  for (const auto& [c, n] : sections) {
-    const double z = c[2] - centre[2];
-    rises += n * z * (c - centre).head<2>();
-    heights += n * z * z;
-  }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(across);
-  Vector3d left(solver.eigenvectors()(0, 1), solver.eigenvectors()(1, 1), 0);
-  constexpr double round = 1.3;  // ratio of second moments; below it no axis is longer
-  if (solver.eigenvalues()[1] < round * solver.eigenvalues()[0]) left = Vector3d::UnitX();
-  if (left[0] < 0) left = -left;
-  // the sections of a short piece do not determine the up axis
-  constexpr double long_enough = 500;  // mm
-  const bool tall = a.step() * static_cast<double>(sections.size()) > long_enough;
-  return axes_of(
-      left, tall && heights > 0 ? Vector3d(rises[0] / heights, rises[1] / heights, 1) : Vector3d::UnitZ());
-}
-
 // The parts found in a view. Empty unless both hips and both shoulders are those of a straight body of usual
 // size.
 std::optional<Segmentation> parts_in_view(const GreyVolume& volume, const View& view,
@@ -321,7 +162,7 @@ std::optional<Segmentation> parts_in_view(const GreyVolume& volume, const View& 
   const Trunk trunk = find_trunk(a, options.absent);
   constexpr double least = 0.75, most = 1.25;  // within these no other size fits much better
   if (!has_both(trunk) || trunk.scale < least || trunk.scale > most) return std::nullopt;
-  if (View{1, axes_of(trunk)}.turn() > 2 * straight) return std::nullopt;
+  if (View{1, axes_of(trunk)}.turn() > 2 * straight_body) return std::nullopt;
   SegmentOptions as_usual = options;
   as_usual.step /= view.size;
   as_usual.given = view.seen(options.given);
@@ -330,39 +171,12 @@ std::optional<Segmentation> parts_in_view(const GreyVolume& volume, const View& 
   out.landmarks = view.unseen(std::move(out.landmarks));
   for (PartFinding& part : out.part) part.volume *= view.size * view.size * view.size;
   for (const auto& [name, landmark] : options.given) out.landmarks[name] = landmark;
-  if (view.turn() > straight)
+  if (view.turn() > straight_body)
     out.warnings.push_back({WarningKind::scan, Severity::note,
                             fmt::format("the body lies rotated by {:.0f} degrees in the scanner; the parts "
                                         "were found along its own axes",
                                         view.turn() * 180 / EIGEN_PI)});
   return out;
-}
-
-// Further views, given what an adult's directions and lengths found. With hips and shoulders: along the found
-// axes and at the found size if these are unusual. Else along the axes of the body's shape, and at the sizes
-// of a child and a giant if the scan may hold a whole trunk of that size.
-std::vector<View> other_views(const Anatomy& a, const Trunk& trunk) {
-  constexpr double small = 0.82, large = 1.14;
-  if (has_both(trunk)) {
-    View view;
-    if (trunk.scale < small || trunk.scale > large) view.size = trunk.scale;
-    if (const View own{1, axes_of(trunk)}; own.turn() > straight) view.body = own.body;
-    if (view.size == 1 && view.turn() == 0) return {};
-    return {view};
-  }
-  std::vector<View> views;
-  const View form{1, axes_of_form(a)};
-  const bool turned = form.turn() > straight;
-  if (turned) views.push_back(form);
-  if (trunk.shoulder[0]) return views;  // confirmed by the lungs: only the hips are out of view
-  constexpr double child = 0.68, giant = 1.22, trunk_and_more = 800;  // mm, an adult from knee to chin
-  const double height = a.step() * static_cast<double>(a.grid().size[2]);
-  for (const double size : {child, giant}) {
-    if (height <= trunk_and_more * size) continue;
-    views.push_back({size});
-    if (turned) views.push_back({size, form.body});
-  }
-  return views;
 }
 
 // Parts of a body in the orientation of its header, with the turns and sizes of `other_views`.
@@ -409,77 +223,13 @@ std::optional<Segmentation> parts_turned_over(const GreyVolume& volume, const Ei
   return out;
 }
 
-/// Share of the voxels on the scan's outer faces that are 0.
-double zeros_at_border(const GreyVolume& volume) {
-  const auto& size = volume.grid.size;
-  std::int64_t zeros = 0, all = 0;
-  for (std::int64_t k = 0; k < size[2]; ++k)
-    for (std::int64_t j = 0; j < size[1]; ++j) {
-      const bool whole_row = k == 0 || k == size[2] - 1 || j == 0 || j == size[1] - 1;
-      for (std::int64_t i = 0; i < size[0]; i += whole_row ? 1 : std::max<std::int64_t>(size[0] - 1, 1)) {
-        zeros += volume.at(i, j, k) == 0;
-        ++all;
-      }
-    }
-  return all > 0 ? double(zeros) / double(all) : 0;
-}
-
 }  // namespace
 
 Result<Segmentation> segment(const GreyVolume& volume, const SegmentOptions& options) {
-  if (volume.quantity != Quantity::hu && volume.quantity != Quantity::density_kgm3)
-    return failure("segmentation",
-                   volume.quantity == Quantity::labels
-                       ? "this volume is a label map, and parts are found in CT numbers or densities; give "
-                         "its scan as the volume, and this file with --labels"
-                       : "this volume contains magnetic resonance signal, and parts are found in CT numbers "
-                         "or densities; give a label map of its parts with --labels, or state what it holds "
-                         "(--quantity hu or density_kgm3)");
-  if (volume.grid.count() == 0 || volume.voxels.size() != volume.grid.count())
-    return failure("segmentation", "the volume contains no voxels");
-  if (volume.quantity == Quantity::hu && *std::min_element(volume.voxels.begin(), volume.voxels.end()) >= 0)
-    return failure("segmentation",
-                   "these CT numbers show neither air nor fat, since none is below 0; subtract 1024 if it "
-                   "was added, or state what they are (--quantity density_kgm3)");
-  // tissue and air are noisy: few voxels of an outermost slice through a body share one exact value
-  constexpr double most_zeros = 0.05;
-  if (const double zeros = zeros_at_border(volume); volume.quantity == Quantity::hu && zeros > most_zeros)
-    return failure(
-        "segmentation",
-        fmt::format("{:.2g} % of the scan's outermost voxels are exactly 0 HU: the picture was padded there "
-                    "with the value of water, which would be weighed as body; pad it with -1000, or crop it",
-                    100 * zeros));
-  if (!(options.step >= finest_step && options.step <= coarsest_step))
-    return bad_use("segmentation", fmt::format("the work grid's spacing is {:.6g} mm; choose {:g} to {:g} mm",
-                                               options.step, finest_step, coarsest_step));
-  constexpr double largest_scan = 5000;  // mm: the work grid spans the whole scan
-  const Eigen::Array3d extent =
-      volume.grid.spacing().array() *
-      Eigen::Map<const Eigen::Array<std::int64_t, 3, 1>>(volume.grid.size.data()).cast<double>();
-  if (extent.maxCoeff() > largest_scan)
-    return failure(
-        "segmentation",
-        fmt::format(
-            "the scan measures {:.3g} x {:.3g} x {:.3g} m, more than any body; check the unit of its voxels",
-            extent[0] / 1e3, extent[1] / 1e3, extent[2] / 1e3));
+  if (auto fine = check_scan(volume, options); !fine) return tl::unexpected(fine.error());
   const auto progress = [&](double share, std::string_view what) {
     if (options.progress) options.progress(share, what);
   };
-
-  for (const auto& [name, landmark] : options.given) {
-    constexpr double beyond = 100;  // mm: a joint may lie somewhat beyond the scan's end
-    const Vector3d index = volume.grid.index(landmark.point);
-    Vector3d inside;
-    for (int c = 0; c < 3; ++c)
-      inside[c] =
-          std::clamp(index[c], 0.0, static_cast<double>(volume.grid.size[static_cast<std::size_t>(c)] - 1));
-    if (const double off = (volume.grid.point(inside) - landmark.point).norm(); off > beyond)
-      return bad_use("landmarks", fmt::format("{} lies {:.0f} mm outside the scan; check that its "
-                                              "coordinates are in mm, and in LPS or RAS as its file says",
-                                              name, off));
-  }
-
-  if (auto fine = check_given(options.absent, options.given); !fine) return tl::unexpected(fine.error());
 
   progress(0, "finding body and bones");
   const Grid grid = work_grid(volume, options.step, options.threads);

@@ -7,7 +7,6 @@
 #include <cstdio>
 #include <map>
 
-#include "dynamics/equations/derivatives.hpp"
 #include "dynamics/equations/equations.hpp"
 
 namespace borelli {
@@ -71,13 +70,6 @@ void accelerations(benchmark::State& bench, Scene (*make)(int), Equations equati
   }
 }
 
-void derivatives(benchmark::State& bench) {
-  const auto system = compile(chain(int(bench.range(0))));
-  State state = system->initial;
-  state.q.setLinSpaced(-1, 1);
-  for (auto _ : bench) benchmark::DoNotOptimize(forward_derivatives(*system, state));
-}
-
 /// Prints the ratios after the runs.
 class Ratios : public benchmark::ConsoleReporter {
  public:
@@ -129,7 +121,6 @@ void register_all() {
             accelerations, scene.make, equations)
             ->Arg(n);
       }
-  benchmark::RegisterBenchmark("derivatives_of_chain", derivatives)->Arg(7)->Arg(20)->Arg(50);
 }
 
 }  // namespace

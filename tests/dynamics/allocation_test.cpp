@@ -4,6 +4,7 @@
 #include <cstdlib>
 
 #include "allocation_count.hpp"
+#include "dynamics/equations/state_derivatives.hpp"
 #include "dynamics/methods/motion_flow.hpp"
 #include "dynamics/run/step_path.hpp"
 #include "scenes.hpp"
@@ -122,6 +123,33 @@ TEST(Allocations, NoMethodAllocatesWhileStepping) {
   std::free(in_line);
   std::free(cleared);
   delete one;
+}
+
+TEST(Allocations, DerivativesAllocateOnlyAtFirst) {
+  for (const bool held : {false, true}) {
+    Scene scene = random_tree(4, {.balls = true, .drives = true});
+    scene.efforts = {{"stops", LimitSpring{{"c51"}, 20, 0.3, {{-0.1, 0.1}, {-0.1, 0.2}, {-0.05, 0.05}}}},
+                     {"scalar", PdController{{"c40"}, 30, 2, {Sine{}}}},
+                     {"air", Drag{{"s3", {0.1, 0, 0.2}}, 0.3, 0.4}},
+                     {"spring", PointSpring{{"s3", {0.1, 0, 0.2}}, {"s5", {0, 0, 0}}, 20, 1, 0.3}}};
+    if (held)
+      scene.constraints = {{"rod", Distance{{"s5", {0.4, 0, 0}}, {"world", {0.3, 0.5, 0.2}}, constant(1)}},
+                           {"gear", CoordinateCoupling{{{"c40"}, {"c00"}}, {1, -2}, constant(0)}}};
+    const System system = compiled(scene);
+    Workspace workspace(system);
+    StateDerivatives derivatives(system);
+    for (int i = 0; i < 3; ++i) {
+      State state = Random(unsigned(i)).state(system);
+      counting = i > 0;
+      const Fault unsolved =
+          accelerate(system, system.parameters, state.t, state.q.data(), state.v.data(), {}, workspace);
+      const Fault undone = find_acceleration_derivatives(system, system.parameters, state.t, state.q.data(),
+                                                         state.v.data(), workspace, derivatives);
+      counting = false;
+      EXPECT_FALSE(unsolved || undone) << held;
+    }
+    EXPECT_EQ(std::exchange(allocations, 0), 0) << held;
+  }
 }
 
 #endif

@@ -1,13 +1,16 @@
 // Derivatives of the dynamics against finite differences of the dynamics, against dual numbers sent through
-// the articulated bodies' recursion itself, and against MuJoCo's accelerations.
+// the whole engine and through the articulated bodies' recursion, and against MuJoCo's accelerations.
 #include "dynamics/equations/derivatives.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
 
+#include "dual_residuals.hpp"
 #include "dynamics/constraints/local_coordinates.hpp"
-#include "dynamics/equations/equations.hpp"
-#include "dynamics/numbers/dual.hpp"
+#include "dynamics/equations/batch.hpp"
+#include "dynamics/equations/inverse_dynamics.hpp"
+#include "dynamics/equations/state_derivatives.hpp"
+#include "each_width.hpp"
 #include "random_scene.hpp"
 
 #ifdef BORELLI_MUJOCO
@@ -216,7 +219,7 @@ struct OwnSpring {
   static DualNumber abs(const DualNumber& x) { return borelli::abs(x); }
 };
 
-TEST(Derivatives, IncludeEveryEffort) {
+Scene scene_of_every_effort() {
   Scene scene = random_tree(4, {.balls = true});
   scene.efforts = {{"stop", LimitSpring{{"c20"}, 30, 0.3, {{-0.01, 0.01}}}},
                    {"stops", LimitSpring{{"c51"}, 20, 0.3, {{-0.1, 0.1}, {-0.1, 0.2}, {-0.05, 0.05}}}},
@@ -225,11 +228,181 @@ TEST(Derivatives, IncludeEveryEffort) {
                    {"air", Drag{{"s3", {0.1, 0, 0.2}}, 0.3, 0.4}},
                    {"oil", AngularDrag{{"s4"}, 0.3, 0.4}},
                    {"own", OwnEffort({{"s2"}, {"s5"}}, {{"c01"}}, OwnSpring{})}};
-  const System system = compiled(scene);
+  return scene;
+}
+
+TEST(Derivatives, IncludeEveryEffort) {
+  const System system = compiled(scene_of_every_effort());
   State state = Random(4).state(system);
   state.t = 0.7;
   ASSERT_TRUE(well_conditioned(system, state));
   compare_forward(system, state, "efforts");
+}
+
+// Rounding of sums of some hundred terms, relative to the largest entry.
+constexpr double rounding = 1e-12;
+
+/// At accelerations and multipliers that solve nothing, so that every term counts.
+void compare_with_duals(const System& system, const State& state, StateDerivatives& derivatives,
+                        const std::string& which) {
+  const Eigen::VectorXd a = Eigen::VectorXd::LinSpaced(system.nv, -3, 2);
+  const Eigen::VectorXd lambda = Eigen::VectorXd::LinSpaced(system.rows, 2, -1);
+  find_residual_derivatives(system, system.parameters, state.t, state.q.data(), state.v.data(), a.data(),
+                            lambda, derivatives);
+  DualResiduals duals(system, state, a, lambda);
+  Eigen::MatrixXd dr, dc;
+  duals.differentiate(true, dr, dc);
+  EXPECT_LT(relative(derivatives.by_q(), dr), rounding) << which;
+  EXPECT_LT(relative(derivatives.c_by_q(), dc), rounding) << which;
+  duals.differentiate(false, dr, dc);
+  EXPECT_LT(relative(derivatives.by_v(), dr), rounding) << which;
+  EXPECT_LT(relative(derivatives.c_by_v(), dc), rounding) << which;
+}
+
+TEST(Derivatives, EqualDualNumbersInRandomScenes) {
+  int compared = 0;
+  for (const bool constrained : {false, true})
+    for (unsigned seed = 0; seed < 30; ++seed) {
+      const auto system = compile(RandomScene(seed, 9, constrained).scene);
+      if (!system || system->nv == 0) continue;
+      StateDerivatives derivatives(*system);
+      for (unsigned other : {900, 400}) {  // nothing is left of the first state
+        State state = Random(seed + other).state(*system);
+        state.t = 0.3;
+        compare_with_duals(*system, state, derivatives, fmt::format("seed {} of {}", seed, constrained));
+      }
+      ++compared;
+    }
+  EXPECT_GT(compared, 30);
+}
+
+/// Trees of screws, guided switches, hinges, slides and balls, some driven; far from the origin if asked.
+Scene tree_of_every_switch(unsigned seed, double far) {
+  Random random(seed);
+  Scene scene;
+  const auto guide = [&] {
+    Guided out;
+    out.parts = {{GuidedPart::Kind::rotation, random.direction(), Polynomial{{0.1, 1, 0.3, 0.2}}},
+                 {GuidedPart::Kind::translation, random.direction(), Sine{0.5, 1.3, 0.2, 0.1}},
+                 {GuidedPart::Kind::rotation, random.direction(), Polynomial{{0.3, 0.5, -0.3, 0.1}}}};
+    return out;
+  };
+  for (int i = 0; i < 7; ++i) {
+    Vector3d place = random.vector(0.5);
+    if (i == 0) place[0] += far;
+    std::vector<Switch> switches{fixed(place, rotation_matrix(random.turn()))};
+    for (int j = 0; j < 2; ++j) {
+      Switch one = hinge(fmt::format("c{}{}", i, j), random.direction());
+      const int kind = (2 * i + j + int(seed)) % 5;
+      if (kind == 0) one.kind = Screw{random.direction(), 0.2};
+      if (kind == 1) one.kind = guide();
+      if (kind == 2) one = slide(one.coordinate, random.direction());
+      if (kind == 3 && j == 1) one = ball(one.coordinate);
+      if ((i == 2 || i == 5) && j == 1 && kind != 3) one = driven(one, Sine{0.3, 1.1, 0.2, 0.1});
+      switches.push_back(one);
+    }
+    scene.solids.push_back(solid(fmt::format("s{}", i),
+                                 i ? fmt::format("s{}", random.integer(0, i - 1)) : "world", switches,
+                                 {random.inertia().inertial()}));
+    scene.solids.back().switches[1].armature = 0.1 * i;
+  }
+  return scene;
+}
+
+TEST(Derivatives, EqualDualNumbersForEverySwitch) {
+  for (unsigned seed = 0; seed < 10; ++seed) {
+    const System system = compiled(tree_of_every_switch(seed, 0));
+    StateDerivatives derivatives(system);
+    State state = Random(seed + 50).state(system);
+    state.t = 0.4;
+    compare_with_duals(system, state, derivatives, fmt::format("seed {}", seed));
+  }
+}
+
+TEST(Derivatives, EqualDualNumbersForEveryEffort) {
+  const System system = compiled(scene_of_every_effort());
+  StateDerivatives derivatives(system);
+  for (unsigned seed = 0; seed < 5; ++seed) {
+    State state = Random(seed).state(system);
+    state.t = 0.7;
+    compare_with_duals(system, state, derivatives, fmt::format("seed {}", seed));
+  }
+}
+
+class DerivativesOfBatches : public EachWidth {};
+INSTANTIATE_TEST_SUITE_P(Widths, DerivativesOfBatches, ::testing::ValuesIn(all_widths()));
+
+TEST_P(DerivativesOfBatches, EqualThoseOfEachState) {
+  for (unsigned seed = 0; seed < 5; ++seed) {
+    const System system = compiled(tree_of_every_switch(seed, 0));
+    BatchState batch(system);
+    BatchWorkspace workspace(system);
+    InverseDerivativesOf<Lanes> of_batch(system);
+    StateDerivatives derivatives(system);
+    Eigen::VectorX<Lanes> a(system.nv);
+    std::vector<State> states;
+    for (int lane = 0; lane < Lanes::count; ++lane) {
+      states.push_back(Random(10 * seed + unsigned(lane)).state(system));
+      batch.set(lane, states.back());
+      for (int i = 0; i < system.nv; ++i) a[i].set(lane, std::cos(i + lane));
+    }
+    find_inverse_derivatives(system, system.parameters, batch, a, workspace, of_batch);
+    for (int lane = 0; lane < Lanes::count; ++lane) {
+      const State& state = states[std::size_t(lane)];
+      const auto of_lane = [&](const auto& entries) {
+        Rows out(entries.rows(), entries.cols());
+        for (Eigen::Index i = 0; i < out.rows(); ++i)
+          for (Eigen::Index j = 0; j < out.cols(); ++j) out(i, j) = entries(i, j)[lane];
+        return out;
+      };
+      find_residual_derivatives(system, system.parameters, state.t, state.q.data(), state.v.data(),
+                                of_lane(a).data(), Eigen::VectorXd(), derivatives);
+      EXPECT_LT(relative(of_lane(of_batch.by_state), derivatives.inverse.by_state), rounding) << seed;
+      EXPECT_LT(relative(of_lane(of_batch.A), derivatives.inverse.A), rounding) << seed;
+      EXPECT_LT(relative(of_lane(of_batch.needed), derivatives.inverse.needed), rounding) << seed;
+    }
+  }
+}
+
+// The same scene a million metres away: only the positions' own rounding, 1e-10 m, may show.
+TEST(Derivatives, LoseNoDigitsFarFromTheOrigin) {
+  const System near = compiled(tree_of_every_switch(3, 0)), far = compiled(tree_of_every_switch(3, 1e6));
+  const State state = Random(53).state(near);
+  const Eigen::VectorXd a = Eigen::VectorXd::LinSpaced(near.nv, -3, 2);
+  const InverseDynamics here = need(inverse_dynamics(near, state, a)),
+                        there = need(inverse_dynamics(far, state, a));
+  EXPECT_LT(relative(there.efforts_by_q, here.efforts_by_q), 1e-9);
+  EXPECT_LT(relative(there.efforts_by_v, here.efforts_by_v), 1e-9);
+}
+
+// A da - L^T dlambda = -dr and L da = -dc, with dr and dc from dual numbers.
+TEST(Derivatives, OfAccelerationsSolveTheImplicitEquations) {
+  int compared = 0;
+  for (unsigned seed = 0; seed < 30; ++seed) {
+    const auto system = compile(RandomScene(seed, 8, seed % 2 == 1).scene);
+    if (!system || system->nv == 0) continue;
+    State state = Random(seed + 900).state(*system);
+    state.t = 0.3;
+    if (!well_conditioned(*system, state)) continue;
+    const Evaluation e = need(evaluate(*system, state));
+    if (system->rows > 0) {
+      const Eigen::VectorXd s = e.constraint_jacobian.jacobiSvd().singularValues();
+      if (s[s.size() - 1] < 0.03) continue;  // dependent rows have no unique multipliers
+    }
+    const ForwardDerivatives d = need(forward_derivatives(*system, state));
+    DualResiduals duals(*system, state, e.acceleration, e.multipliers);
+    const auto compare = [&](bool by_q, const Rows& da, const Rows& dlambda) {
+      Eigen::MatrixXd dr, dc;
+      duals.differentiate(by_q, dr, dc);
+      EXPECT_LT(relative(e.constraint_jacobian.transpose() * dlambda - e.mass_matrix * da, dr), 1e-10)
+          << seed;
+      EXPECT_LT(relative(-e.constraint_jacobian * da, dc), 1e-10) << seed;
+    };
+    compare(true, d.acceleration_by_q, d.multipliers_by_q);
+    compare(false, d.acceleration_by_v, d.multipliers_by_v);
+    ++compared;
+  }
+  EXPECT_GT(compared, 10);
 }
 
 // The formula of implicit functions against dual numbers sent through the recursion of articulated bodies.

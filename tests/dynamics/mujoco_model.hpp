@@ -73,6 +73,27 @@ inline double relative_to_largest(const Eigen::MatrixXd& a, const Eigen::MatrixX
 struct Order {
   std::vector<Eigen::Index> q, v;
 };
+/// Where MuJoCo's positions and velocities stand in the system, by the names of joints.
+inline Order order_in(const System& system, const mjModel& model) {
+  Order order{std::vector<Eigen::Index>(std::size_t(model.nq)),
+              std::vector<Eigen::Index>(std::size_t(model.nv))};
+  for (const CoordinateInfo& info : system.coordinates) {
+    int id = mj_name2id(&model, mjOBJ_JOINT, info.name.c_str()), q = 0, v = 0;
+    if (id < 0) {  // of a free joint: NAME.x or NAME_x, and so on
+      const auto dot = info.name.find_last_of("._");
+      id = mj_name2id(&model, mjOBJ_JOINT, info.name.substr(0, dot).c_str());
+      const std::string part = info.name.substr(dot + 1);
+      q = v = part == "turn" ? 3 : part[0] - 'x';
+    }
+    if (id < 0) throw std::runtime_error("MuJoCo has no joint " + info.name);
+    for (int i = 0; i < info.q_size; ++i)
+      order.q[std::size_t(model.jnt_qposadr[id] + q + i)] = info.q_index + i;
+    for (int i = 0; i < info.v_size; ++i)
+      order.v[std::size_t(model.jnt_dofadr[id] + v + i)] = info.v_index + i;
+  }
+  return order;
+}
+
 struct Differences {
   double A = 0, drive = 0, acceleration = 0;
 };

@@ -1,10 +1,13 @@
-// STL by its bytes, VTP by VTK's own reader.
+// STL by its bytes, PLY, OBJ and VTP by VTK's own readers.
 #include "pipeline/export/mesh_file.hpp"
 
 #include <gtest/gtest.h>
 #include <vtkCell.h>
+#include <vtkCellData.h>
 #include <vtkFieldData.h>
 #include <vtkNew.h>
+#include <vtkOBJReader.h>
+#include <vtkPLYReader.h>
 #include <vtkPolyData.h>
 #include <vtkStringArray.h>
 #include <vtkXMLPolyDataReader.h>
@@ -44,6 +47,53 @@ TEST_F(MeshFile, StlContainsItsTriangles) {
   std::array<float, 12> second;  // triangle 0 1 3: in the plane y = 0, facing -y
   std::memcpy(second.data(), bytes.data() + 84 + 50, 48);
   EXPECT_EQ(second, (std::array<float, 12>{0, -1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 2}));
+}
+
+void expect_tetrahedron_in_millimetres(vtkPolyData& read) {
+  ASSERT_EQ(read.GetNumberOfPoints(), 4);
+  ASSERT_EQ(read.GetNumberOfPolys(), 4);
+  EXPECT_EQ(read.GetPoint(3)[2], 2000);
+  for (vtkIdType n = 0; n < 4; ++n)
+    for (int corner = 0; corner < 3; ++corner)
+      EXPECT_EQ(read.GetCell(n)->GetPointId(corner),
+                tetrahedron.triangles[static_cast<std::size_t>(n)][static_cast<std::size_t>(corner)]);
+}
+
+TEST_F(MeshFile, VtkReadsPlyAndObjInMillimetres) {
+  ASSERT_TRUE(write_ply(file("a.ply"), tetrahedron, MeshUnit::millimetre));
+  vtkNew<vtkPLYReader> ply;
+  ply->SetFileName(file("a.ply").c_str());
+  ply->Update();
+  expect_tetrahedron_in_millimetres(*ply->GetOutput());
+  ASSERT_TRUE(write_obj(file("a.obj"), tetrahedron, MeshUnit::millimetre));
+  vtkNew<vtkOBJReader> obj;
+  obj->SetFileName(file("a.obj").c_str());
+  obj->Update();
+  expect_tetrahedron_in_millimetres(*obj->GetOutput());
+}
+
+TEST_F(MeshFile, VtpHoldsLabelDensityAndUnit) {
+  Mesh mesh = tetrahedron;
+  mesh.label = 7;
+  mesh.density = 1062.5;
+  ASSERT_TRUE(write_vtp(file("a.vtp"), mesh, MeshUnit::millimetre));
+  vtkNew<vtkXMLPolyDataReader> reader;
+  reader->SetFileName(file("a.vtp").c_str());
+  reader->Update();
+  vtkPolyData& read = *reader->GetOutput();
+  expect_tetrahedron_in_millimetres(read);
+  const auto text = [&](const char* name) {
+    return vtkStringArray::SafeDownCast(read.GetFieldData()->GetAbstractArray(name))->GetValue(0);
+  };
+  EXPECT_EQ(text("unit"), "mm");
+  EXPECT_EQ(text("SPACE"), "LPS");
+  for (vtkIdType n = 0; n < 4; ++n) {
+    EXPECT_EQ(read.GetCellData()->GetArray("label")->GetTuple1(n), 7);
+    EXPECT_EQ(read.GetCellData()->GetArray("density")->GetTuple1(n), 1062.5);
+  }
+  const auto metres = read_vtp(file("a.vtp"));
+  ASSERT_TRUE(metres) << metres.error().message();
+  EXPECT_EQ(metres->points[3], Eigen::Vector3f(0, 0, 2));
 }
 
 TEST_F(MeshFile, VtpIsReadByVtk) {

@@ -243,18 +243,18 @@ TEST_F(TrajectoryFile, CsvContainsEveryNumberUnderItsName) {
   ASSERT_TRUE(write_trajectory(t, "", csv));
   std::ifstream file(csv);
   std::string line;
-  while (std::getline(file, line) && line[0] == '#') {
-  }
+  std::getline(file, line);
   EXPECT_TRUE(line.starts_with("time [s],\"q hip, left.w [1]\",")) << line;
   EXPECT_NE(line.find("q slide [m],"), std::string::npos);
   EXPECT_NE(line.find("v slide [m/s],"), std::string::npos);
   EXPECT_NE(line.find("position lamp.z [m],orientation lamp.w [1]"), std::string::npos);
+  EXPECT_TRUE(line.ends_with(",trusted [1]")) << line;
   for (int i = 0; i < 3; ++i) {
     std::getline(file, line);
     std::istringstream cells(line);
     std::vector<double> values;
     for (std::string cell; std::getline(cells, cell, ',');) values.push_back(std::stod(cell));
-    ASSERT_EQ(values.size(), 1u + 5 + 4 + 4 + 4 + 3 + 6 + 2 + 2 * 3 + 3 * 7 + 3 * 10);
+    ASSERT_EQ(values.size(), 1u + 5 + 4 + 4 + 4 + 3 + 6 + 2 + 2 * 3 + 3 * 7 + 3 * 10 + 1);
     EXPECT_EQ(values[0], t.times[static_cast<std::size_t>(i)]);
     EXPECT_EQ(values[5], t.q(i, 4));
     EXPECT_EQ(values[14], t.kinetic[static_cast<std::size_t>(i)]);
@@ -268,6 +268,7 @@ TEST_F(TrajectoryFile, CsvContainsEveryNumberUnderItsName) {
     EXPECT_EQ(values[56 + 13], t.reaction_forces(i, 3));
     EXPECT_EQ(values[56 + 18], t.reaction_moments(i, 5));
     EXPECT_EQ(values[56 + 19], t.reaction_unique(i, 1));
+    EXPECT_EQ(values.back(), t.certificate.trusted ? 1 : 0);
   }
   EXPECT_FALSE(std::getline(file, line));
 }

@@ -1,0 +1,13 @@
+# docker build -t borelli . && docker run --rm -v "$PWD:/data" borelli run scan.nii.gz --quantity hu -o out
+FROM debian:12 AS build
+WORKDIR /borelli
+COPY . .
+RUN ./build.sh run && cpack --config build/release/CPackConfig.cmake -B /packages
+
+FROM debian:12
+COPY --from=build /packages/borelli_*.deb /packages/
+RUN apt-get update -qq && apt-get install -y -qq --no-install-recommends /packages/borelli_*.deb xvfb xauth && \
+    rm -rf /packages /var/lib/apt/lists/*
+WORKDIR /data
+# pictures need an X display
+ENTRYPOINT ["xvfb-run", "-a", "borelli"]

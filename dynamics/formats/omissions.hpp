@@ -1,0 +1,36 @@
+// Collects what a model file cannot hold, as sentences for the user.
+#pragma once
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace borelli {
+
+/// Losses of a written model. Names with the same reason share one sentence, "reason: a, b".
+class Omissions {
+ public:
+  /// `name`: what is lost; empty: the reason says it all.
+  void add(const std::string& reason, const std::string& name = "") {
+    auto found = std::find_if(lists_.begin(), lists_.end(), [&](const auto& l) { return l.first == reason; });
+    if (found == lists_.end()) found = lists_.insert(lists_.end(), {reason, {}});
+    if (!name.empty()) found->second.push_back(name);
+  }
+
+  std::vector<std::string> sentences() const {
+    std::vector<std::string> out;
+    for (const auto& [reason, names] : lists_) {
+      std::string& sentence = out.emplace_back(reason);
+      for (std::size_t i = 0; i < names.size(); ++i) sentence += (i == 0 ? ": " : ", ") + names[i];
+    }
+    return out;
+  }
+
+ private:
+  std::vector<std::pair<std::string, std::vector<std::string>>> lists_;  // reasons with their names
+};
+
+}  // namespace borelli

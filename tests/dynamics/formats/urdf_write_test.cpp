@@ -1,0 +1,227 @@
+// Scenes written as URDF: our reader, and MuJoCo's, make the same mechanics of them, and each loss is named.
+#include <gtest/gtest.h>
+
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "dynamics/formats/model_file.hpp"
+#include "dynamics/formats/model_write.hpp"
+#include "tests/dynamics/test_folder.hpp"
+#include "tests/dynamics/writable_scene.hpp"
+#ifdef BORELLI_MUJOCO
+#include "tests/dynamics/mujoco_model.hpp"
+#endif
+
+namespace borelli::test::urdf_write_test {
+namespace {
+
+constexpr int seeds = 200;
+
+Scene read_back(const std::string& text) {
+  const Folder folder;
+  return need(read_model(folder.write("written.urdf", text))).scene;
+}
+
+/// A ball as three hinges in turn, R = R_x(a) R_y(b) R_z(c), at angles and rates: its quaternion, the map J from
+/// rates to its angular velocity in its own axes, and the rate of that map times the rates.
+///
+/// w = R_z^T R_y^T x a' + R_z^T y b' + z c'. With u' = 0, the rate of R_z^T u is -c' z x R_z^T u.
+struct ThreeHinges {
+  Quaternion q;
+  Matrix3d J;
+  Vector3d bend;
+
+  ThreeHinges(const Vector3d& angle, const Vector3d& rate) {
+    const Vector3d x = Vector3d::UnitX(), y = Vector3d::UnitY(), z = Vector3d::UnitZ();
+    const Matrix3d Ry = rotation_about(y, angle[1]), Rz = rotation_about(z, angle[2]);
+    q = quaternion(rotation_about(x, angle[0]) * Ry * Rz);
+    J.col(0) = Rz.transpose() * Ry.transpose() * x;
+    J.col(1) = Rz.transpose() * y;
+    J.col(2) = z;
+    bend = rate[0] * (-rate[2] * z.cross(J.col(0)) +
+                      Rz.transpose() * Vector3d(-rate[1] * y.cross(Ry.transpose() * x))) +
+           rate[1] * (-rate[2] * z.cross(J.col(1)));
+  }
+};
+
+/// A state of the written model as one of the scene: v = J v', and bend = J' v'.
+struct AsScene {
+  State state;
+  Eigen::MatrixXd J;
+  Eigen::VectorXd bend;
+
+  AsScene(const System& scene, const System& written, const State& at)
+      : state{.t = 0, .q = Eigen::VectorXd(scene.nq), .v = {}},
+        J(Eigen::MatrixXd::Zero(scene.nv, written.nv)),
+        bend(Eigen::VectorXd::Zero(scene.nv)) {
+    std::map<std::string, const CoordinateInfo*> known;
+    for (const CoordinateInfo& info : written.coordinates) known[info.name] = &info;
+    for (const CoordinateInfo& info : scene.coordinates) {
+      if (const auto same = known.find(info.name); same != known.end()) {
+        state.q.segment(info.q_index, info.q_size) = at.q.segment(same->second->q_index, info.q_size);
+        J.block(info.v_index, same->second->v_index, info.v_size, info.v_size).setIdentity();
+        continue;
+      }
+      Vector3d angle, rate;
+      int columns[3];
+      for (int i = 0; i < 3; ++i) {
+        const CoordinateInfo& hinge = *known.at(info.name + "." + "xyz"[i]);
+        columns[i] = hinge.v_index;
+        angle[i] = at.q[hinge.q_index], rate[i] = at.v[hinge.v_index];
+      }
+      const ThreeHinges turn(angle, rate);
+      state.q.segment<4>(info.q_index) = turn.q;
+      for (int i = 0; i < 3; ++i) J.block<3, 1>(info.v_index, columns[i]) = turn.J.col(i);
+      bend.segment<3>(info.v_index) = turn.bend;
+    }
+    state.v = J * at.v;
+  }
+};
+
+// M' = J^T M J and (Q - B)' = J^T (Q - B - M J' v')
+TEST(UrdfWrite, ReadsBackWithTheSameMechanics) {
+  for (unsigned seed = 0; seed < seeds; ++seed) {
+    const WritableScene made(seed, 7, {.springs = false, .balls = true, .free_root = seed % 3 != 0});
+    const System before = compiled(made.scene),
+                 after = compiled(read_back(need(write_urdf(made.scene)).text));
+    ASSERT_EQ(before.nv, after.nv) << seed;
+    Random random(seed);
+    for (int trial = 0; trial < 3; ++trial) {
+      const State state = random.state(after);
+      const AsScene same(before, after, state);
+      const Evaluation a = need(evaluate(before, same.state)), b = need(evaluate(after, state));
+      const Eigen::MatrixXd M = same.J.transpose() * a.mass_matrix * same.J;
+      EXPECT_LT((b.mass_matrix - M).norm(), 1e-12 * M.norm()) << seed;
+      const Eigen::VectorXd drive =
+          same.J.transpose() * (a.generalized_efforts - a.bias - a.mass_matrix * same.bend);
+      EXPECT_LT((b.generalized_efforts - b.bias - drive).norm(), 1e-12 * drive.norm()) << seed;
+    }
+  }
+}
+
+#ifdef BORELLI_MUJOCO
+// MuJoCo's own reader of URDF, for trees without balls (apart from a free joint's).
+TEST(UrdfWrite, MovesInMujocoAsHere) {
+  for (unsigned seed = 0; seed < seeds; ++seed) {
+    const WritableScene made(seed, 7, {.springs = false, .balls = false, .free_root = seed % 3 != 0});
+    const Folder folder;
+    const System system = compiled(made.scene);
+    Mujoco mujoco(folder.write("m.urdf", need(write_urdf(made.scene)).text));
+    const Differences d = differences(system, mujoco, seed, order_in(system, *mujoco.model));
+    // MuJoCo seeks the principal axes of a full tensor until they turn by less than sqrt(2e-12) (mju_eig3): the
+    // tensor is off by at most that times the difference of its moments
+    EXPECT_LT(d.A, 1.5e-6) << seed;
+    EXPECT_LT(d.drive, 1.5e-6) << seed;
+    EXPECT_LT(d.acceleration, 1e-4) << seed;  // times the condition of A
+  }
+}
+#endif
+
+// ---- losses ----
+
+template <class Change>
+WrittenModel changed(const Change& change) {
+  Scene scene = chain(2, true);
+  change(scene);
+  return need(write_urdf(scene));
+}
+
+void expect_named(const WrittenModel& written, const std::string& reason, const std::string& name) {
+  const bool found =
+      std::any_of(written.omissions.begin(), written.omissions.end(), [&](const std::string& line) {
+        return line.find(reason) != std::string::npos && line.find(name) != std::string::npos;
+      });
+  EXPECT_TRUE(found) << reason << ", " << name
+                     << " not in: " << fmt::format("{}", fmt::join(written.omissions, "\n"));
+}
+
+TEST(UrdfWrite, ConvertsAllSamplesOrNamesWhatIsLost) {
+  for (const auto& file : std::filesystem::directory_iterator(source_folder() + "/samples")) {
+    if (file.path().extension() != ".toml") continue;
+    const Scene scene = need(read_scene(file.path()));
+    const WrittenModel written = need(write_urdf(scene));
+    const System before = compiled(scene), after = compiled(read_back(written.text));
+    EXPECT_TRUE(before.nv == after.nv || !written.omissions.empty()) << file.path();
+    EXPECT_GE(written.omissions.size(), scene.constraints.empty() ? 0u : 1u) << file.path();
+  }
+}
+
+TEST(UrdfWrite, LosesNothingOfPlainScenes) {
+  EXPECT_TRUE(changed([](Scene&) {}).omissions.empty());
+}
+
+TEST(UrdfWrite, NamesWhatItLoses) {
+  const WrittenModel written = changed([](Scene& scene) {
+    scene.gravity = {0, -9.81, 0};
+    scene.solids[0].switches[0].q = {0.3};
+    scene.solids[1].switches.back().armature = 0.1;
+    scene.solids.push_back(solid("top", "l1", {ball("turn"), slide("rail", Vector3d::UnitX())}, {link()}));
+    scene.solids.back().shapes.push_back(
+        {{Ellipsoid{{1, 2, 3}}, {}, Eigen::Quaterniond::Identity()}, {}, {}});
+    scene.solids.push_back(
+        solid("lost", "l1", {driven(hinge("crank", Vector3d::UnitX()), linear(0, 1))}, {}));
+    scene.efforts = {{"push", Force{{"l0", {0, 0, 0}}, {1, 0, 0}, Axes::world, constant(1), {}}},
+                     {"elastic", CoordinateSpring{{"h0"}, 3, 0.5, 0}},
+                     {"round", TorsionSpring{{"top"}, {"l1"}, 1, 2, Vector3d::Zero()}},
+                     {"thread", PointSpring{{"l0", {0, 0, 0}}, {"world", {1, 0, 0}}, 1, 0, 1}}};
+    scene.constraints = {{"pin", PointOnPoint{{"l1", {0, 0, -1}}, {"world", {0, 0, -2}}}},
+                         {"cam", CoordinateFunction{{"h1"}, {"rail"}, Polynomial{{0, 0, 1}}}},
+                         {"gear", CoordinateCoupling{{{"h1"}, {"rail"}}, {2, 3}, constant(0)}}};
+    scene.markers = {{"l0", {"l0", {1, 2, 3}}, 0}};
+  });
+  expect_named(written, "gravity", "0 -9.81 0");
+  expect_named(written, "starts other than zero", "h0");
+  expect_named(written, "armatures", "h1");
+  expect_named(written, "balls are three hinges", "turn");
+  expect_named(written, "links of 1e-15 kg", "turn.x_link");
+  expect_named(written, "slides without a range", "rail");
+  expect_named(written, "not drawn", "top");
+  expect_named(written, "driven", "crank");
+  expect_named(written, "efforts are not written", "push (force)");
+  expect_named(written, "efforts are not written", "thread (point_spring)");
+  expect_named(written, "springs of joints", "h0");
+  expect_named(written, "springs of joints", "turn");
+  expect_named(written, "dampers of balls", "turn");
+  expect_named(written, "constraints are not written", "pin (point_on_point)");
+  expect_named(written, "constraints are not written", "cam (coordinate_function)");
+  expect_named(written, "<mimic>", "gear");
+  expect_named(written, "markers are links", "l0");
+  expect_named(written, "names", "l0 is l0_");
+}
+
+TEST(UrdfWrite, KeepsRangesDampersAndCouplings) {
+  Scene scene = chain(3, true);
+  scene.solids[1].switches.back().ranges = {{-0.25, 1.5}};
+  scene.efforts = {{"d", CoordinateSpring{.on = {"h2"}, .damping = 0.75}}};
+  scene.constraints = {{"gear", CoordinateCoupling{{{"h0"}, {"h2"}}, {2, -3}, constant(0.5)}}};
+  const Scene back = read_back(need(write_urdf(scene)).text);
+  const auto& ranges = back.solids.at(1).switches.back().ranges;
+  ASSERT_EQ(ranges.size(), 1u);
+  EXPECT_EQ(ranges[0].lower, -0.25);
+  EXPECT_EQ(ranges[0].upper, 1.5);
+  EXPECT_EQ(std::get<CoordinateSpring>(back.efforts.at(0).kind).damping, 0.75);
+  const auto& gear = std::get<CoordinateCoupling>(back.constraints.at(0).kind);
+  EXPECT_EQ(gear.ratios, (std::vector{1.0, -1.5}));
+  EXPECT_EQ(at(gear.value, 0).value, 0.25);
+}
+
+// Where pitch is a right angle, roll and yaw turn about one line.
+TEST(UrdfWrite, PlacesLinksAtAPitchOfARightAngle) {
+  for (const double pitch : {1.0, -1.0})
+    for (const double off : {0.0, 1e-9, 1e-5}) {
+      Scene scene = chain(1, false);
+      const Matrix3d R = rotation_about(Vector3d::UnitZ(), 0.7) *
+                         rotation_about(Vector3d::UnitY(), pitch * (std::acos(0.0) - off)) *
+                         rotation_about(Vector3d::UnitX(), 0.4);
+      scene.solids[0].switches.insert(scene.solids[0].switches.begin(), fixed({1, 2, 3}, R));
+      const Scene back = read_back(need(write_urdf(scene)).text);
+      const Pose X = std::get<Fixed>(back.solids.at(0).switches.at(0).kind).X_AB;
+      EXPECT_LT((X.R - R).norm(), 1e-15 * 10) << pitch << " " << off;
+      EXPECT_EQ(X.p, Vector3d(1, 2, 3));
+    }
+}
+
+}  // namespace
+}  // namespace borelli::test::urdf_write_test
