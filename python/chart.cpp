@@ -1,6 +1,9 @@
 // Charts of error against computing time.
-#include <fmt/core.h>
+#include <fmt/format.h>
 
+#include <algorithm>
+
+#include "dynamics/methods/integrator.hpp"
 #include "pipeline/charts/work_precision_page.hpp"
 #include "python/common.hpp"
 #include "python/model.hpp"
@@ -11,6 +14,11 @@ namespace {
 std::shared_ptr<WorkPrecision> run_chart(const ModelFile& model, const std::vector<std::string>& methods,
                                          const py::object& duration, int outputs, int repeats, int per_decade,
                                          double budget, py::object callback) {
+  std::vector<std::string> known = integrator_names();
+  known.emplace_back(automatic);
+  for (const std::string& method : methods)
+    if (std::find(known.begin(), known.end(), method) == known.end())
+      refuse("methods", fmt::format("hold '{}'; known: {}", method, fmt::join(known, ", ")));
   WorkPrecisionSettings settings;
   settings.methods = methods;
   settings.outputs = outputs, settings.repeats = repeats, settings.per_decade = per_decade;

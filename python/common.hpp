@@ -136,6 +136,13 @@ py::array copy(const Eigen::PlainObjectBase<Dense>& m) {
   return view(m, py::none(), true).attr("copy")();
 }
 
+/// The object of class C that Python gives; a TypeError that says `expected` if it is another's.
+template <class C>
+C& object_of(const py::object& given, const char* expected) {
+  if (!py::isinstance<C>(given)) throw py::type_error(std::string("expected ") + expected);
+  return given.cast<C&>();
+}
+
 /// Numbers from anything that NumPy takes for an array of doubles.
 using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
 

@@ -29,7 +29,8 @@ struct Motion {
 std::shared_ptr<const CompiledScene> system_of(const py::object& scene_or_system) {
   if (py::isinstance<CompiledScene>(scene_or_system))
     return scene_or_system.cast<std::shared_ptr<CompiledScene>>();
-  return compiled(std::make_shared<ModelFile>(scene_or_system.cast<const ModelFile&>()));
+  return compiled(std::make_shared<ModelFile>(
+      object_of<ModelFile>(scene_or_system, "a borelli.Scene or a borelli.System")));
 }
 
 // Takes a keyword out of `options`; None counts as not given.
@@ -93,7 +94,7 @@ SimulationSettings settings_with(SimulationSettings s, double start, py::dict op
 std::shared_ptr<Motion> run_simulation(const py::object& scene_or_system, const py::object& state,
                                        bool reactions, py::object callback, const py::kwargs& options) {
   const auto given = system_of(scene_or_system);
-  const State start = state.is_none() ? given->system.initial : state.cast<const State&>();
+  const State start = state.is_none() ? given->system.initial : object_of<State>(state, "a borelli.State");
   const Scene& scene = given->model->scene;
   const SimulationSettings settings = settings_with(given->system.settings, start.t, py::dict(options));
   Watch watch(std::move(callback));

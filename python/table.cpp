@@ -182,7 +182,8 @@ Table measure_parts(const NamedScan& scan, const py::object& given, const py::ob
                     const MeasureAsked& asked) {
   const PartedScan* const parted =
       py::isinstance<PartedScan>(given) ? &given.cast<const PartedScan&>() : nullptr;
-  const LabelMap& labels = parted ? parted->found.labels : given.cast<const LabelMap&>();
+  const LabelMap& labels =
+      parted ? parted->found.labels : object_of<LabelMap>(given, "a borelli.Segmentation or borelli.Labels");
   MeasureOptions options = measure_options(asked, scan.scan, labels.names);
   const std::string cuts = parted ? std::string(name_of(parted->found.convention)) : asked.convention;
   if (!cuts.empty()) options.cuts = cuts;

@@ -34,6 +34,12 @@ std::shared_ptr<LabelMap> read_label_map(const py::object& path, const std::stri
   return out;
 }
 
+py::array array_of(const py::object& given) {
+  py::array array = py::array::ensure(given);
+  if (!array) refuse("voxels", "are no array");
+  return array;
+}
+
 // The grid of an array: `axes` are three spacings along x, y, z, or a matrix whose columns are the steps, mm.
 Grid grid_of(const py::array& voxels, const Numbers& axes, const Numbers& origin) {
   if (voxels.ndim() != 3) refuse("voxels", fmt::format("have {} dimensions; expected 3", voxels.ndim()));
@@ -65,8 +71,9 @@ std::vector<T> voxels_of(py::array voxels, const std::string& what) {
   return std::vector<T>(whole.data(), whole.data() + whole.size());
 }
 
-std::shared_ptr<NamedScan> scan_from(const py::array& voxels, const Numbers& axes, const Numbers& origin,
+std::shared_ptr<NamedScan> scan_from(const py::object& given, const Numbers& axes, const Numbers& origin,
                                      const std::string& quantity, const std::string& name) {
+  const py::array voxels = array_of(given);
   auto out = std::make_shared<NamedScan>();
   GreyVolume& volume = out->scan.volume;
   volume.grid = grid_of(voxels, axes, origin);
@@ -79,8 +86,9 @@ std::shared_ptr<NamedScan> scan_from(const py::array& voxels, const Numbers& axe
   return out;
 }
 
-std::shared_ptr<LabelMap> labels_from(const py::array& voxels, const Numbers& axes, const Numbers& origin,
+std::shared_ptr<LabelMap> labels_from(const py::object& given, const Numbers& axes, const Numbers& origin,
                                       std::vector<std::string> names) {
+  const py::array voxels = array_of(given);
   auto out = std::make_shared<LabelMap>();
   out->grid = grid_of(voxels, axes, origin);
   out->voxels = voxels_of<std::uint8_t>(voxels, "labels");

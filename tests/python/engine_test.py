@@ -196,6 +196,7 @@ class Refusals(unittest.TestCase):
                            ("duration", lambda: borelli.simulate(scene, durations=1)),
                            ("rk4, whose steps have a fixed length",
                             lambda: borelli.simulate(scene, method="rk4", tolerance=1e-3)),
+                           ("hold 'no'; known: euler", lambda: borelli.chart(scene, methods=["no"])),
                            ("projection or baumgarte", lambda: borelli.simulate(scene, constraints="none")),
                            ("is not a finite number", lambda: system.evaluate(system.state(q=[np.nan, 0]))),
                            ("v: does not have the shape (2, 2)",
@@ -203,6 +204,13 @@ class Refusals(unittest.TestCase):
             with self.assertRaises(borelli.Error) as raised:
                 act()
             self.assertIn(words, str(raised.exception))
+
+    def test_objects_of_another_kind_are_type_errors(self):
+        scene = scene_of("double_pendulum")
+        for expected, act in [("a borelli.Scene", lambda: borelli.simulate("double_pendulum.toml")),
+                              ("a borelli.State", lambda: borelli.simulate(scene, state=[0, 0]))]:
+            with self.assertRaisesRegex(TypeError, expected):
+                act()
 
     def test_an_untrusted_motion_is_a_warning(self):
         with self.assertWarnsRegex(borelli.DoubtWarning, "does not trust"):
@@ -252,6 +260,8 @@ class Threads(unittest.TestCase):
         with self.assertRaises(ZeroDivisionError):
             borelli.simulate_ensemble(self.system, q=[[0, 0]], duration=1, method="rk4", step=1e-3,
                                       callback=lambda made: 1 // 0)
+        with self.assertRaises(ZeroDivisionError):
+            borelli.chart(scene_of("double_pendulum"), methods=["rk4"], callback=lambda share, what: 1 // 0)
 
     def test_control_c_stops_a_run(self):
         signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job ignores it
