@@ -18,9 +18,16 @@ struct ModelMesh {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< of the file's origin in the solid, m
 };
 
+/// A named frame of a solid, such as its anatomical axes.
+struct ModelFrame {
+  std::string solid, name;
+  Pose pose;  ///< in the solid
+};
+
 /// What a model file tells beside its scene.
 struct ModelExtras {
   std::vector<ModelMesh> meshes;
+  std::vector<ModelFrame> frames;
   std::vector<std::string> comments;  ///< provenance and deviations, one line each
 };
 

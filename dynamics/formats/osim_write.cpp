@@ -44,6 +44,9 @@ class OsimWriter {
     write_osim_contact_shapes(scene_, names_, shapes);
     if (const std::string renamed = names_.renamed(); !renamed.empty()) lost_.add(renamed);
     list_settings();
+    XmlNode lost{"Model"};
+    for (const std::string& sentence : lost_.sentences()) lost.comment("not in this file: " + sentence);
+    model.children.splice(model.children.begin(), lost.children);
     return WrittenModel{xml_text(root), lost_.sentences()};
   }
 

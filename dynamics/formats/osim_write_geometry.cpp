@@ -21,6 +21,8 @@ class OsimGeometryWriter {
     node.add("mesh_file", mesh.file);
   }
 
+  void frame(const std::string& name, const Pose& X) { write_osim_frame(components(), name, "..", X); }
+
   /// False: OpenSim needs a file for it.
   bool shape(const Form& form, const Pose& X) {
     if (std::holds_alternative<ClosedMesh>(form)) return false;
@@ -29,14 +31,18 @@ class OsimGeometryWriter {
   }
 
  private:
+  XmlNode& components() {
+    if (!components_) components_ = &body_.add("components");
+    return *components_;
+  }
+
   // Geometry stands in the frame that holds it.
   XmlNode& geometry(const char* kind, const Pose& X) {
     const std::string name = fmt::format("{}_geom_{}", name_, ++count_);
     XmlNode* holder = &body_;
     const bool away = !X.R.isIdentity(0) || !X.p.isZero(0);
     if (away) {
-      if (!components_) components_ = &body_.add("components");
-      holder = &write_osim_frame(*components_, name + "_frame", "..", X);
+      holder = &write_osim_frame(components(), name + "_frame", "..", X);
     }
     if (away || !attached_) {
       XmlNode& list = holder->add("attached_geometry");
@@ -95,6 +101,8 @@ void write_osim_geometry(const std::string& name, const Solid* solid, const Mode
   for (const ModelMesh& mesh : extras.meshes)
     if (mesh.solid == name)
       writer.mesh(mesh, names.in_frame(name, {Eigen::Matrix3d::Identity(), mesh.position}));
+  for (const ModelFrame& frame : extras.frames)
+    if (frame.solid == name) writer.frame(frame.name, names.in_frame(name, frame.pose));
   if (!solid) return;
   bool all = true;
   for (const ShapeElement& element : solid->shapes) {

@@ -348,6 +348,8 @@ std::vector<ReportFile> report_files(const fs::path& folder) {
                              "inertia/table.csv",
                              "inertia/table.json",
                              "model/scene.toml",
+                             "model/body.osim",
+                             "model/body.xml",
                              "model/smallest.toml",
                              "model/captured.toml",
                              "model/economy.html",

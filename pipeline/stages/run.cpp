@@ -73,22 +73,59 @@ json pick(const json& all, std::initializer_list<const char*> names) {
   return some;
 }
 
+Result<json> named(const RunData& data, Result<json> answer) {
+  if (answer) *answer = data.names.without_folders(std::move(*answer));
+  return answer;
+}
+
+/// The work of a stage that shows no progress.
+template <class Work>
+auto muted(RunData& data, Work work) {
+  return [work, &data](const StageProgress&, const json&) { return named(data, work(data)); };
+}
+
+template <class Work>
+auto shown_by(RunData& data, Work work) {
+  return
+      [work, &data](const StageProgress& progress, const json&) { return named(data, work(data, progress)); };
+}
+
+/// Adds the stages that show the body and write it for other programs.
+void add_views(std::vector<Stage>& stages, RunData& data, const json& all) {
+  const auto mute = [&data](auto work) { return muted(data, work); };
+  stages.push_back({"mesh",
+                    {"segmentation"},
+                    pick(all, {"mesh_tolerance_mm", "deface"}),
+                    {},
+                    shown_by(data, make_meshes)});
+  stages.push_back({"models",
+                    {"skeleton", "mesh"},
+                    json::object(),
+                    {"model/body.osim", "model/body.xml"},
+                    mute(write_models)});
+  stages.push_back({"glb", {"mesh", "motion"}, json::object(), {"body.glb"}, mute(make_glb)});
+  if (data.settings.skin)
+    stages.push_back({"skin",
+                      {"motion", "segmentation"},
+                      pick(all, {"mesh_tolerance_mm"}),
+                      {"skin.glb"},
+                      mute(make_skin)});
+  stages.push_back({"picture", {"mesh"}, json::object(), {"body.png"}, mute(draw_picture)});
+  // "slices" uses one core and waits for the meshes, which use all of them
+  stages.push_back({"slices", {"segmentation"}, pick(all, {"deface"}), {}, mute(pack_scan), {}, {"mesh"}});
+  stages.push_back({"report",
+                    {"models", "glb", "picture", "slices"},
+                    json::object(),
+                    {"report.html"},
+                    [&data](const StageProgress&, const json& record) { return write_page(data, record); }});
+}
+
 /// `recorded`: digests of the captured motion's files.
 std::vector<Stage> stages_of(RunData& data, const json& recorded) {
   const RunSettings& settings = data.settings;
   const json all = settings_of(settings);
-  const auto named = [&data](Result<json> answer) {
-    if (answer) *answer = data.names.without_folders(std::move(*answer));
-    return answer;
-  };
-  const auto mute = [&data, named](auto work) {
-    return [work, &data, named](const StageProgress&, const json&) { return named(work(data)); };
-  };
-  const auto shown = [&data, named](auto work) {
-    return [work, &data, named](const StageProgress& progress, const json&) {
-      return named(work(data, progress));
-    };
-  };
+  const auto mute = [&data](auto work) { return muted(data, work); };
+  const auto shown = [&data](auto work) { return shown_by(data, work); };
   std::vector<std::string> labelled{"segmentation/labels.nii.gz", "segmentation/labels.tsv",
                                     "segmentation/labels.ctbl", "segmentation/landmarks.json",
                                     "segmentation/segmentation.json"};
@@ -137,23 +174,7 @@ std::vector<Stage> stages_of(RunData& data, const json& recorded) {
                       pick(all, {"allow_untrusted"}),
                       {"motion/trajectory.h5", "motion/trajectory.csv"},
                       shown(simulate_scene)});
-  stages.push_back(
-      {"mesh", {"segmentation"}, pick(all, {"mesh_tolerance_mm", "deface"}), {}, shown(make_meshes)});
-  stages.push_back({"glb", {"mesh", "motion"}, json::object(), {"body.glb"}, mute(make_glb)});
-  if (settings.skin)
-    stages.push_back({"skin",
-                      {"motion", "segmentation"},
-                      pick(all, {"mesh_tolerance_mm"}),
-                      {"skin.glb"},
-                      mute(make_skin)});
-  stages.push_back({"picture", {"mesh"}, json::object(), {"body.png"}, mute(draw_picture)});
-  // "slices" uses one core and waits for the meshes, which use all of them
-  stages.push_back({"slices", {"segmentation"}, pick(all, {"deface"}), {}, mute(pack_scan), {}, {"mesh"}});
-  stages.push_back({"report",
-                    {"glb", "picture", "slices"},
-                    json::object(),
-                    {"report.html"},
-                    [&data](const StageProgress&, const json& record) { return write_page(data, record); }});
+  add_views(stages, data, all);
   return stages;
 }
 

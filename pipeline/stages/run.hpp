@@ -4,7 +4,7 @@
 //   segmentation/  labels.nii.gz, labels.tsv, labels.ctbl, landmarks.json, landmarks.mrk.json,
 //                  segmentation.json (and parts.nii.gz if segments are requested)
 //   inertia/       table.csv, table.json
-//   model/         scene.toml
+//   model/         scene.toml, and for other programs body.osim and body.xml (MJCF)
 //   motion/        trajectory.h5, trajectory.csv
 //                  (of a captured motion also angles.mot, moments.sto, powers.sto, marker_errors.sto,
 //                  efforts.json, and model/captured.toml)

@@ -2,11 +2,13 @@
 
 #include <fmt/core.h>
 
+#include "dynamics/formats/model_write.hpp"
 #include "dynamics/formats/scene_file.hpp"
 #include "dynamics/methods/integrator.hpp"
 #include "dynamics/run/simulate.hpp"
 #include "error/json_text.hpp"
 #include "pipeline/charts/economy_page.hpp"
+#include "pipeline/export/body_model.hpp"
 #include "pipeline/export/certificate_report.hpp"
 #include "pipeline/export/deface.hpp"
 #include "pipeline/export/display.hpp"
@@ -201,6 +203,40 @@ Result<json> make_meshes(RunData& data, const StageProgress& progress) {
     files.push_back(path.lexically_relative(data.settings.folder).string());
   data.keep(std::move(*meshes));
   return json{{"triangles", counts}, {"files", files}, {"warnings", warnings}};
+}
+
+// A scene edited by hand may hold what a format cannot: then that model is missing, with a warning.
+Result<json> write_models(RunData& data) {
+  const auto scene = data.scene();
+  if (!scene) return tl::unexpected(scene.error());
+  const auto table = data.table();
+  if (!table) return tl::unexpected(table.error());
+  const auto segmentation = data.segmentation();
+  if (!segmentation) return tl::unexpected(segmentation.error());
+  const Landmarks& landmarks = (*segmentation)->landmarks;
+  std::vector<Warning> said_by_the_scene;
+  const PartInertials present = movable_parts(**table, said_by_the_scene);
+  std::vector<fs::path> meshes;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(data.file("mesh"), ignored))
+    if (entry.path().extension() == ".stl") meshes.push_back(fs::path("../mesh") / entry.path().filename());
+  std::ranges::sort(meshes);
+  const Scene marked = with_landmark_markers(**scene, present, landmarks);
+  const ModelExtras extras = body_extras(**table, present, landmarks, meshes);
+  json answer{{"files", json::array()}, {"omissions", json::object()}, {"warnings", json::array()}};
+  for (const char* name : {"model/body.osim", "model/body.xml"}) {
+    const auto model = write_model(marked, name, extras);
+    if (!model) {
+      fs::remove(data.file(name), ignored);  // of an earlier run
+      answer["warnings"].push_back(fmt::format("{} was not written: {}", name, model.error().message()));
+      continue;
+    }
+    if (auto written = write_whole(data.file(name), model->text); !written)
+      return tl::unexpected(written.error());
+    answer["files"].push_back(name);
+    answer["omissions"][name] = model->omissions;
+  }
+  return answer;
 }
 
 Result<json> make_glb(RunData& data) {

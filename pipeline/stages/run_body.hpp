@@ -22,6 +22,11 @@ Result<nlohmann::json> simulate_scene(RunData& data, const StageProgress& progre
 /// Writes mesh/*.stl and *.vtp; with --deface without the face.
 Result<nlohmann::json> make_meshes(RunData& data, const StageProgress& progress);
 
+/// Writes model/body.osim and model/body.xml, with landmarks as markers, deviations as comments, and the
+/// meshes of mesh/. "omissions" of the entry: what each cannot hold. A model that cannot hold the scene is
+/// missing, with a warning.
+Result<nlohmann::json> write_models(RunData& data);
+
 /// Writes body.glb.
 Result<nlohmann::json> make_glb(RunData& data);
 

@@ -1,9 +1,7 @@
-// borelli scale MODEL --static S.trc -o SCALED.toml: a model made to the size of a person who stands still.
+// borelli scale MODEL --static S.trc -o SCALED: a model made to the size of a person who stands still.
 #include <fmt/core.h>
 
-#include <filesystem>
-
-#include "dynamics/formats/scene_file.hpp"
+#include "dynamics/formats/model_write.hpp"
 #include "pipeline/files/whole_file.hpp"
 #include "pipeline/motion/recording.hpp"
 #include "pipeline/motion/static_fit.hpp"
@@ -25,11 +23,10 @@ struct ScaleOptions {
 };
 
 Result<json> work(const ScaleOptions& o, const Command& command) {
-  if (const std::string ending = std::filesystem::path(o.out).extension().string();
-      !o.out.empty() && ending != ".toml")
-    return bad_use(o.out, "is not a scene's name: scaled models are written as .toml");
-  if (!o.out.empty())
+  if (!o.out.empty()) {
+    if (auto fine = check_model_ending(o.out); !fine) return tl::unexpected(fine.error());
     if (auto fine = check_writable(o.out, {o.model, o.trial}); !fine) return tl::unexpected(fine.error());
+  }
   const auto model = read_model(command, o.model, o.how);
   if (!model) return tl::unexpected(model.error());
   const auto trial = read_recording(o.trial);
@@ -40,10 +37,13 @@ Result<json> work(const ScaleOptions& o, const Command& command) {
   const auto fit = fit_static(model->scene, trial->markers, request);
   if (!fit) return tl::unexpected(fit.error());
   command.warn(fit->warnings);
+  json omissions = json::array();
   if (!o.out.empty()) {
-    const auto text = write_scene(fit->scene);
-    if (!text) return tl::unexpected(text.error());
-    if (auto wrote = write_whole(o.out, *text); !wrote) return tl::unexpected(wrote.error());
+    const auto written = write_model(fit->scene, o.out);
+    if (!written) return tl::unexpected(written.error());
+    if (auto wrote = write_whole(o.out, written->text); !wrote) return tl::unexpected(wrote.error());
+    for (const std::string& omission : written->omissions) command.warn("not in the file: " + omission);
+    omissions = written->omissions;
   }
   json factors = json::object();
   for (std::size_t i = 0; i < fit->factors.size(); ++i)
@@ -52,7 +52,7 @@ Result<json> work(const ScaleOptions& o, const Command& command) {
               {"mass", fit->mass},
               {"marker_error_rms_before", fit->rms_before},
               {"marker_error_rms_after", fit->rms_after}};
-  if (!o.out.empty()) answer["out"] = o.out;
+  if (!o.out.empty()) answer["out"] = o.out, answer["omissions"] = omissions;
   if (!command.json) {
     for (std::size_t i = 0; i < fit->factors.size(); ++i)
       fmt::print("{:<24} {:.4f}\n", model->scene.solids[i].name, fit->factors[i]);
@@ -71,7 +71,7 @@ void add_scale(CLI::App& program, Command& command) {
   auto o = std::make_shared<ScaleOptions>();
   verb->add_option("model", o->model, "The model: OpenSim, MJCF, URDF or a scene, with markers")->required();
   verb->add_option("--static", o->trial, "The standing trial: TRC, C3D or BVH")->required();
-  verb->add_option("-o,--out", o->out, "Scaled model to write, as a scene (.toml)");
+  verb->add_option("-o,--out", o->out, "Scaled model to write: a scene (.toml) or .osim, .xml, .mjcf, .urdf");
   verb->add_flag("--per-segment", o->request.per_segment,
                  "A factor for each segment instead of one for the whole body; for a model that can take the "
                  "trial's pose");

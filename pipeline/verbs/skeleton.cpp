@@ -1,12 +1,15 @@
-// borelli skeleton: from an inertia table and landmarks to a scene.
+// borelli skeleton: from an inertia table and landmarks to a scene, or to a model of another program.
 #include "pipeline/body/skeleton.hpp"
 
 #include <fmt/core.h>
 
+#include <algorithm>
+#include <filesystem>
 #include <memory>
 
-#include "dynamics/formats/scene_file.hpp"
+#include "dynamics/formats/model_write.hpp"
 #include "pipeline/body/belonging.hpp"
+#include "pipeline/export/body_model.hpp"
 #include "pipeline/files/whole_file.hpp"
 #include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/verb.hpp"
@@ -14,12 +17,42 @@
 namespace borelli {
 namespace {
 
+namespace fs = std::filesystem;
+
 struct SkeletonAsked {
-  std::string table, landmarks, out;
+  std::string table, landmarks, meshes, out;
   SkeletonOptions options;
 };
 
+// The triangle files in a folder, as a model in `beside` refers to them.
+Result<std::vector<fs::path>> mesh_files_in(const fs::path& folder, const fs::path& beside) {
+  std::vector<fs::path> out;
+  if (folder.empty()) return out;
+  std::error_code problem;
+  for (const auto& entry : fs::directory_iterator(folder, problem))
+    if (entry.path().extension() == ".stl")
+      out.push_back(fs::absolute(entry.path()).lexically_proximate(fs::absolute(beside)));
+  if (problem) return failure(folder.string(), "cannot be read: " + problem.message());
+  std::ranges::sort(out);
+  if (out.empty()) return bad_use(folder.string(), "holds no .stl file");
+  return out;
+}
+
+// A scene holds its solids alone; models of other programs also hold landmarks, deviations and meshes.
+Result<WrittenModel> written(const SkeletonAsked& asked, const Scene& scene, const InertiaTable& table,
+                             const PartInertials& parts, const Landmarks& landmarks) {
+  if (fs::path(asked.out).extension() == ".toml") {
+    if (!asked.meshes.empty()) return bad_use(asked.out, "is a scene, which refers to no meshes");
+    return write_model(scene, asked.out);
+  }
+  const auto meshes = mesh_files_in(asked.meshes, fs::path(asked.out).parent_path());
+  if (!meshes) return tl::unexpected(meshes.error());
+  return write_model(with_landmark_markers(scene, parts, landmarks), asked.out,
+                     body_extras(table, parts, landmarks, *meshes));
+}
+
 Result<nlohmann::json> work(const SkeletonAsked& asked, const Command& command) {
+  if (auto fine = check_model_ending(asked.out); !fine) return tl::unexpected(fine.error());
   if (auto fine = check_writable(asked.out, {asked.table, asked.landmarks}); !fine)
     return tl::unexpected(fine.error());
   const auto table = read_table(command, asked.table);
@@ -32,15 +65,18 @@ Result<nlohmann::json> work(const SkeletonAsked& asked, const Command& command) 
   std::vector<Warning> warnings;
   SkeletonOptions options = asked.options;
   options.absent = told_absent(*table);
-  const auto skeleton = build_skeleton(movable_parts(*table, warnings), given->all(), options);
+  const PartInertials parts = movable_parts(*table, warnings);
+  const auto skeleton = build_skeleton(parts, given->all(), options);
   if (!skeleton) return tl::unexpected(skeleton.error());
-  const auto text = write_scene(skeleton->scene);
-  if (!text) return tl::unexpected(text.error());
-  if (auto written = write_whole(asked.out, *text); !written) return tl::unexpected(written.error());
+  const auto model = written(asked, skeleton->scene, *table, parts, given->all());
+  if (!model) return tl::unexpected(model.error());
+  if (auto done = write_whole(asked.out, model->text); !done) return tl::unexpected(done.error());
   warnings.insert(warnings.end(), skeleton->warnings.begin(), skeleton->warnings.end());
   command.warn(in_sentences(warnings));
+  for (const std::string& omission : model->omissions) command.warn("not in the file: " + omission);
   if (!command.json) fmt::print("{}: {} solids\n", asked.out, skeleton->scene.solids.size());
-  return nlohmann::json{{"scene", asked.out}, {"solids", skeleton->scene.solids.size()}};
+  return nlohmann::json{
+      {"scene", asked.out}, {"solids", skeleton->scene.solids.size()}, {"omissions", model->omissions}};
 }
 
 }  // namespace
@@ -53,7 +89,10 @@ void add_skeleton(CLI::App& program, Command& command) {
   verb->add_option("--landmarks", asked->landmarks,
                    "Joint centres and bony points (.json, .mrk.json or .fcsv)")
       ->required();
-  verb->add_option("-o,--out", asked->out, "Scene to write (.toml)")->required();
+  verb->add_option("-o,--out", asked->out, "Scene (.toml) or model (.osim, .xml, .mjcf, .urdf) to write")
+      ->required();
+  verb->add_option("--meshes", asked->meshes,
+                   "Folder of the parts' meshes (.stl, as `export` writes them) that a model refers to");
   verb->add_option("--name", asked->options.name, "Name of the scene")->capture_default_str();
   verb->callback(
       [&command, asked] { command.work = [asked](const Command& chosen) { return work(*asked, chosen); }; });

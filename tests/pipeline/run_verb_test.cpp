@@ -113,7 +113,7 @@ class RunVerb : public testing::Test {
 };
 
 using Names = std::set<std::string>;
-const Names all{"segmentation", "inertia", "skeleton", "motion", "mesh", "glb", "slices", "report"};
+const Names all{"segmentation", "inertia", "skeleton", "motion", "mesh", "models", "glb", "slices", "report"};
 
 TEST_F(RunVerb, RepeatsStagesWithMissingOrChangedFiles) {
   const std::string run = path("scan.mhd") + words();
@@ -141,8 +141,10 @@ TEST_F(RunVerb, RepeatsStagesWithMissingOrChangedFiles) {
   fs::remove(result("mesh/head.stl"));
   EXPECT_EQ(stages_done(run), Names{"mesh"});
 
-  EXPECT_EQ(stages_done(run + " --sex female"), (Names{"inertia", "skeleton", "motion", "glb", "report"}));
-  EXPECT_EQ(stages_done(run + " --sex female --tuck 0.5"), (Names{"skeleton", "motion", "glb", "report"}));
+  EXPECT_EQ(stages_done(run + " --sex female"),
+            (Names{"inertia", "skeleton", "motion", "models", "glb", "report"}));
+  EXPECT_EQ(stages_done(run + " --sex female --tuck 0.5"),
+            (Names{"skeleton", "motion", "models", "glb", "report"}));
   // back as it was: the keys are those of the first run
   EXPECT_FALSE(stages_done(run).empty());
   const auto after = json::parse(read_input_file(result("run.json")).value());
@@ -161,7 +163,8 @@ TEST_F(RunVerb, DefacingKeepsMeasurements) {
        {"inertia/table.json", "inertia/table.csv", "segmentation/labels.nii.gz", "motion/trajectory.csv",
         "mesh/upper_trunk.stl", "mesh/head.stl", "mesh/head.vtp", "body.glb", "report.html"})
     before[name] = kept(name);
-  EXPECT_EQ(stages_done(scan_file + words() + " --deface"), (Names{"mesh", "glb", "slices", "report"}));
+  EXPECT_EQ(stages_done(scan_file + words() + " --deface"),
+            (Names{"mesh", "models", "glb", "slices", "report"}));
   for (const auto& [name, bytes] : before) {
     const bool shows_the_head = name.starts_with("mesh/head") || name == "body.glb" || name == "report.html";
     EXPECT_EQ(kept(name.c_str()) != bytes, shows_the_head) << name;
@@ -177,7 +180,8 @@ TEST_F(RunVerb, DefacingKeepsMeasurements) {
   ASSERT_TRUE(whole && left);
   EXPECT_GT(foremost(*left), foremost(*whole) + 30);  // 0.22 of a head's depth of some 190 mm, less a voxel
   EXPECT_NE(kept("settings.toml").find("deface = true"), std::string::npos);
-  EXPECT_EQ(stages_done(scan_file + words()), (Names{"mesh", "glb", "slices", "report"}));  // and back
+  EXPECT_EQ(stages_done(scan_file + words()),
+            (Names{"mesh", "models", "glb", "slices", "report"}));  // and back
   EXPECT_EQ(kept("mesh/head.stl"), before["mesh/head.stl"]);
 }
 
@@ -189,7 +193,7 @@ TEST_F(RunVerb, KeepsAndUsesFilesEditedByHand) {
   ASSERT_NE(at, std::string::npos);
   scene[at + std::string("end_time = 0.").size()] = '2';  // as many bytes
   ASSERT_TRUE(write_whole(result("model/scene.toml"), scene));
-  EXPECT_EQ(stages_done(run), (Names{"motion", "glb", "report"}));
+  EXPECT_EQ(stages_done(run), (Names{"motion", "models", "glb", "report"}));
   EXPECT_EQ(read_input_file(result("model/scene.toml")).value(), scene);
   const ProgramRun again = run_program("run " + run);
   const std::string said =
@@ -204,7 +208,7 @@ TEST_F(RunVerb, KeepsAndUsesFilesEditedByHand) {
   ASSERT_TRUE(write_landmarks(result("segmentation/landmarks.json").string(), moved));
   const std::string edited = read_input_file(result("segmentation/landmarks.json")).value();
   const std::string table = read_input_file(result("inertia/table.json")).value();
-  EXPECT_EQ(stages_done(run), (Names{"inertia", "motion", "mesh", "glb", "slices", "report"}));
+  EXPECT_EQ(stages_done(run), (Names{"inertia", "motion", "mesh", "models", "glb", "slices", "report"}));
   EXPECT_EQ(read_input_file(result("segmentation/landmarks.json")).value(), edited);
   EXPECT_EQ(read_input_file(result("model/scene.toml")).value(), scene);
   EXPECT_NE(read_input_file(result("inertia/table.json")).value(), table);
@@ -265,6 +269,7 @@ TEST_F(RunVerb, ChangedOutputIsWrittenAgain) {
   for (const auto& [name, stage] : {std::pair{"body.glb", "glb"},
                                     {"motion/trajectory.csv", "motion"},
                                     {"report.html", "report"},
+                                    {"model/body.osim", "models"},
                                     {"segmentation/labels.ctbl", "segmentation"}}) {
     const std::string whole = read_input_file(result(name)).value();
     std::string other = whole;
@@ -399,7 +404,7 @@ TEST_F(RunVerb, StoredSettingsRepeatTheRun) {
             all);
   // the command line goes before the file
   EXPECT_EQ(stages_done("--settings " + file + " --tuck 0.5"),
-            (Names{"skeleton", "motion", "glb", "report"}));
+            (Names{"skeleton", "motion", "models", "glb", "report"}));
 }
 
 TEST_F(RunVerb, SimulatesTheSmallestModelWithinATolerance) {
