@@ -45,7 +45,7 @@ class OsimWriter {
     if (const std::string renamed = names_.renamed(); !renamed.empty()) lost_.add(renamed);
     list_settings();
     XmlNode lost{"Model"};
-    for (const std::string& sentence : lost_.sentences()) lost.comment("not in this file: " + sentence);
+    for (const std::string& sentence : lost_.sentences()) lost.comment("Not in this file: " + sentence);
     model.children.splice(model.children.begin(), lost.children);
     return WrittenModel{xml_text(root), lost_.sentences()};
   }
@@ -102,7 +102,8 @@ class OsimWriter {
     std::string wanted = parent_solid == world_name ? "ground_" + body : body + "_joint";
     if (parent_solid != world_name && joint.coordinates.size() == 1) wanted = joint.coordinates[0].name;
     if (parent_solid != world_name && joint.coordinates.size() == 3 && joint.translations.empty())
-      wanted = joint.coordinates[0].name.substr(0, joint.coordinates[0].name.size() - 2);  // a ball's, "_x"
+      if (const std::string& angle = joint.coordinates[0].name; angle.ends_with("_x"))  // of a ball
+        wanted = angle.substr(0, angle.size() - 2);
     return OsimNames::make(wanted, taken_joints_);
   }
 

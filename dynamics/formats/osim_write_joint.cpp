@@ -200,7 +200,7 @@ class OsimChainWriter {
         out.prescribed = driven->functions[0];
       } else {
         out.locked = true;
-        lost_.add(fmt::format("driven coordinates that {} are locked where they are at time 0", bad), name);
+        lost_.add(fmt::format("driven coordinates that {}, are locked where they are at time 0", bad), name);
       }
     }
     return out;
