@@ -61,6 +61,9 @@ class MjcfWriter {
     add_mjcf_shapes(draft_, extras_.meshes);
     add_mjcf_constraints(draft_);
     add_mjcf_sites(draft_);
+    for (const ModelFrame& frame : extras_.frames)
+      if (const auto body = draft_.bodies.find(frame.solid); body != draft_.bodies.end())
+        set_place(body->second->add("site").set("name", draft_.sites.make(frame.name)), frame.pose);
     return finished();
   }
 

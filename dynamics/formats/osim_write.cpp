@@ -42,7 +42,7 @@ class OsimWriter {
     write_osim_forces(scene_, names_, forces, lost_);
     write_osim_constraints(scene_, names_, constraints, lost_);
     write_osim_contact_shapes(scene_, names_, shapes);
-    if (const std::string renamed = names_.renamed(); !renamed.empty()) lost_.add(renamed);
+    names_.tell_renamed(lost_);
     list_settings();
     XmlNode lost{"Model"};
     for (const std::string& sentence : lost_.sentences()) lost.comment("Not in this file: " + sentence);
@@ -174,9 +174,8 @@ class OsimWriter {
 
   void add_marker(const Marker& marker, XmlNode& markers) {
     XmlNode& node = markers.add("Marker").set("name", OsimNames::make(marker.name, taken_markers_));
-    if (node.attributes[0].second != marker.name)
-      lost_.add("OpenSim does not allow some names of markers; their forbidden characters are _",
-                marker.name);
+    if (const std::string& written = node.attributes[0].second; written != marker.name)
+      lost_.add("names of markers are others", fmt::format("'{}' as '{}'", marker.name, written));
     node.add("socket_parent_frame", names_.path(marker.at.solid));
     node.add("location", osim_vector_text(names_.point(marker.at)));
     node.add("fixed", "false");

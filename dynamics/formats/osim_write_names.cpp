@@ -36,12 +36,14 @@ OsimNames::OsimNames(const Scene& scene) {
       }
 }
 
-std::string OsimNames::renamed() const {
-  std::string list;
-  for (const auto* names : {&bodies_, &coordinates_})
-    for (const auto& [from, to] : *names)
-      if (from != to) list += fmt::format("{}'{}' as '{}'", list.empty() ? "" : ", ", from, to);
-  return list.empty() ? "" : "OpenSim does not allow some names: written are " + list;
+void OsimNames::tell_renamed(Omissions& lost) const {
+  std::set<std::pair<std::string, std::string>> pairs;  // a solid may bear its coordinate's name
+  for (const auto* names : {&bodies_, &coordinates_}) pairs.insert(names->begin(), names->end());
+  for (const auto& [from, to] : pairs)
+    if (to != allowed_by_osim(from))
+      lost.add("names that OpenSim would have twice get a number", fmt::format("'{}' as '{}'", from, to));
+    else if (to != from)
+      lost.add("names have _ for blanks and other characters that OpenSim does not allow", from);
 }
 
 }  // namespace borelli

@@ -4,8 +4,8 @@
 #include <map>
 #include <set>
 #include <string>
-#include <vector>
 
+#include "dynamics/formats/omissions.hpp"
 #include "dynamics/numbers/pose.hpp"
 #include "dynamics/scene/scene.hpp"
 
@@ -44,8 +44,8 @@ class OsimNames {
   /// The same in another set, such as the joints.
   static std::string make(const std::string& wanted, std::set<std::string>& taken);
 
-  /// One sentence that names what was renamed; empty: nothing.
-  std::string renamed() const;
+  /// Names what was renamed.
+  void tell_renamed(Omissions& lost) const;
 
  private:
   std::map<std::string, std::string> bodies_, coordinates_;

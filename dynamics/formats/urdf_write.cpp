@@ -301,6 +301,12 @@ class UrdfWriter {
       add_link(link);
       lost_.add("markers are links without mass", marker.name);
     }
+    for (const ModelFrame& frame : extras_.frames) {
+      if (!link_of_.contains(frame.solid)) continue;
+      const std::string link = renamed(link_names_, frame.name);
+      add_joint(joint_names_.make(link + "_fixed"), "fixed", link_of_.at(frame.solid), link, frame.pose);
+      add_link(link);
+    }
   }
 
   // ---- constraints ----

@@ -59,22 +59,22 @@ WrittenModel everything() {
                            Form(Ellipsoid{{1, 2, 3}}), Form(Cone{1, 2}), Form(Capsule{1, 2})})
     scene.solids[0].shapes.push_back({{form}, {}, {}});
   scene.markers = {{"m", {"s", {1, 2, 3}}}};
-  scene.efforts = {{"a", PointSpring{{"s", {}}, {"world", {}}, 1, 0, 0}},
-                   {"b", PointSpring{{"s", {}}, {"world", {}}, 1, 1, 0}},
+  scene.efforts = {{"a", PointSpring{{"s"}, {"world"}, 1, 0, 0}},
+                   {"b", PointSpring{{"s"}, {"world"}, 1, 1, 0}},
                    {"c", CoordinateSpring{{"base"}, 1, 1, 0}},
                    {"d", LimitSpring{{"base"}, 1, 1, {{-1, 1}}}},
-                   {"e", Force{{"s", {}}, {1, 2, 3}, Axes::world, Sine{}, {}}},
+                   {"e", Force{{"s"}, {1, 2, 3}, Axes::world, Sine{}, {}}},
                    {"f", Torque{{"s"}, {1, 2, 3}, Axes::world, natural, {}}}};
-  scene.constraints = {{"a", PointOnPoint{{"s", {}}, {"pin", {}}}},
-                       {"b", PointOnLine{{"s", {}}, {"pin", {}}, Vector3d::UnitX()}},
-                       {"c", Distance{{"s", {}}, {"pin", {}}, constant(1)}},
+  scene.constraints = {{"a", PointOnPoint{{"s"}, {"pin"}}},
+                       {"b", PointOnLine{{"s"}, {"pin"}, Vector3d::UnitX()}},
+                       {"c", Distance{{"s"}, {"pin"}, constant(1)}},
                        {"d", WeldConstraint{{"s"}, {"pin"}, {}}},
                        {"e", CoordinateFunction{{"pin"}, {"base"}, Polynomial{{1, 2, 3}}}},
                        {"f", CoordinateCoupling{{{"pin"}, {"base"}}, {1, 1}, constant(0)}},
-                       {"g", SphereOverPlane{{"s", {}}, 1, {{"world", {}}, Vector3d::UnitZ()}, {}}}};
+                       {"g", SphereOverPlane{{"s"}, 1, {{"world"}, Vector3d::UnitZ()}, {}}}};
   ModelExtras extras;
-  extras.meshes = {{"s", "bone.stl", 0.001, {}}, {"pin", "../far bone.stl", 1, {1, 2, 3}}};
-  extras.frames = {{"s", "anatomical", {}}};
+  extras.meshes = {{"s", "bone.stl", 0.001, {0, 0, 0}}, {"pin", "../far bone.stl", 1, {1, 2, 3}}};
+  extras.frames = {{"s", "anatomical", Pose{}}};
   extras.comments = {"made -- by hand"};
   return need(write_osim(scene, extras));
 }

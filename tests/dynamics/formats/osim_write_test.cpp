@@ -29,6 +29,12 @@ bool any_holds(const std::vector<std::string>& lines, const std::string& part) {
                      [&](const std::string& line) { return line.find(part) != std::string::npos; });
 }
 
+/// A name as it is written.
+std::string plain(std::string name) {
+  std::replace(name.begin(), name.end(), ' ', '_');
+  return name;
+}
+
 const CoordinateInfo* info_of(const System& system, const std::string& name) {
   for (const CoordinateInfo& info : system.coordinates)
     if (info.name == name) return &info;
@@ -59,7 +65,7 @@ void expect_alike(const Scene& scene, const Scene& again, const std::string& wha
   const double scale = std::max(1., a.acceleration.cwiseAbs().maxCoeff());
   for (const CoordinateInfo& info : one.coordinates) {
     if (info.q_size == 1) {
-      const CoordinateInfo* same = info_of(two, info.name);
+      const CoordinateInfo* same = info_of(two, plain(info.name));
       ASSERT_TRUE(same) << info.name << ", " << what;
       EXPECT_NEAR(one.initial.q[info.q_index], two.initial.q[same->q_index], 1e-13) << info.name << what;
       EXPECT_NEAR(one.initial.v[info.v_index], two.initial.v[same->v_index], 1e-13) << info.name << what;
@@ -71,7 +77,7 @@ void expect_alike(const Scene& scene, const Scene& again, const std::string& wha
     int found = 0;
     for (const CoordinateInfo& angle : two.coordinates)  // in the order of the turns
       for (int i = 0; i < 3; ++i)
-        if (angle.name == info.name + "_" + "xyz"[i]) {
+        if (angle.name == plain(info.name) + "_" + "xyz"[i]) {
           ++found;
           turned.turn(Vector3d::Unit(i), two.initial.q[angle.q_index], two.initial.v[angle.v_index],
                       b.acceleration[angle.v_index]);
@@ -104,12 +110,12 @@ void set_start(Scene& scene, Random& random) {
     }
 }
 
-/// What OpenSim holds: no driven balls, torsion springs, springs within a solid, reactions in turned axes.
+/// What OpenSim holds: locked balls instead of driven ones, no torsion springs, springs within a solid, reactions in turned axes.
 void leave_out_what_is_lost(Scene& scene) {
   for (Solid& solid : scene.solids)
     for (Switch& one : solid.switches)
       if (std::holds_alternative<Ball>(one.kind) && std::holds_alternative<Driven>(one.motion))
-        one.motion = Free{};
+        one.motion = Locked{};
   std::erase_if(scene.efforts, [](const Effort& e) {
     const auto* spring = std::get_if<PointSpring>(&e.kind);
     return std::holds_alternative<TorsionSpring>(e.kind) || (spring && spring->a.solid == spring->b.solid);
@@ -119,15 +125,20 @@ void leave_out_what_is_lost(Scene& scene) {
 }
 
 TEST(OsimWrite, RandomScenesAccelerateAlikeWhenReadBack) {
-  for (unsigned seed = 0; seed < 30; ++seed) {
+  int alike = 0;
+  for (unsigned seed = 0; seed < 40; ++seed) {
     Scene scene = RandomScene(seed, 3 + int(seed % 10), false).scene;
     leave_out_what_is_lost(scene);
     Random random(seed + 100);
     set_start(scene, random);
+    const System system = compiled(scene);
+    if (!evaluate(system, system.initial)) continue;  // a coordinate moves no mass
+    ++alike;
     const WrittenModel written = need(write_osim(scene));
     EXPECT_TRUE(written.omissions.empty()) << seed << ": " << written.omissions.front();
     expect_alike(scene, read_back(written).scene, fmt::format("seed {}", seed));
   }
+  EXPECT_GE(alike, 30);
 }
 
 // ---- each kind of switch ----
@@ -177,14 +188,17 @@ TEST(OsimWrite, SwitchesOfEachKindAccelerateAlike) {
                                       {slides, Vector3d(0.6, 0.8, 0), Sine{0.2, 1, 0, 0}},
                                       {turns, Vector3d::UnitX(), linear(0, 0.5)}})}),
               "cam");
-  Random random(3);
-  expect_kept(carried({fixed(random.vector(0.4), rotation_matrix(random.turn())),
-                       slide("a", random.direction(), 0.1, 1), hinge("b", random.direction(), 0.4, -1),
-                       fixed({0, 0, 0}, rotation_matrix(random.turn())), hinge("c", random.direction(), 1, 1),
-                       fixed(random.vector(0.4)), hinge("d", random.direction(), -0.5, 0.3),
-                       slide("e", random.direction(), 0.2, 0.1), ball("f", random.turn(), {1, 0.5, -1}),
-                       fixed(random.vector(0.4), rotation_matrix(random.turn()))}),
-              "long chain");
+  Random random(9);
+  const auto placed = [&] { return fixed(random.vector(0.4), rotation_matrix(random.turn())); };
+  Scene scene = carried(
+      {placed(), slide("a", random.direction(), 0.1, 1), hinge("b", random.direction(), 0.4, -1),
+       fixed({0, 0, 0}, rotation_matrix(random.turn())), hinge("c", random.direction(), 1, 1), placed()});
+  scene.solids.push_back(
+      solid("t", "s",
+            {placed(), hinge("d", random.direction(), -0.5, 0.3), slide("e", random.direction(), 0.2, 0.1),
+             placed(), ball("f", random.turn(), {1, 0.5, -1}), placed()},
+            {random.inertia().inertial()}));
+  expect_kept(scene, "chains");
 }
 
 TEST(OsimWrite, LocksDrivesAndTiesAreKept) {
@@ -324,9 +338,10 @@ TEST(OsimWrite, ForbiddenNamesAreReplacedAndTold) {
   scene.solids = {solid("ground", "world", {hinge("a b", Vector3d::UnitZ())}, {link()}),
                   solid("x/y", "ground", {hinge("a_b", Vector3d::UnitX())}, {link()})};
   const WrittenModel written = need(write_osim(scene));
-  ASSERT_EQ(written.omissions.size(), 1u);
-  for (const char* part : {"'ground' as 'ground_2'", "'x/y' as 'x_y'", "'a b' as 'a_b'", "'a_b' as 'a_b_2'"})
-    EXPECT_NE(written.omissions[0].find(part), std::string::npos) << part;
+  EXPECT_TRUE(
+      any_holds(written.omissions, "blanks and other characters that OpenSim does not allow: a b, x/y"));
+  EXPECT_TRUE(any_holds(written.omissions, "get a number: 'a_b' as 'a_b_2', 'ground' as 'ground_2'"));
+  EXPECT_EQ(written.omissions.size(), 2u);
   const Scene again = read_back(written).scene;
   EXPECT_EQ(again.solids[1].name, "x_y");
   EXPECT_EQ(again.solids[1].parent, "ground_2");
@@ -351,16 +366,16 @@ TEST(OsimWrite, WhatIsLostIsNamed) {
       {link()}));
   scene.solids[0].shapes = {{{ClosedMesh{}}, {}, {}}};
   scene.efforts = {{"torsion", TorsionSpring{{"s"}, {"base"}, 1, 0, {}}},
-                   {"air", Drag{{"s", {}}, 1, 0}},
+                   {"air", Drag{{"s"}, 1, 0}},
                    {"stop of the ball", LimitSpring{{"turn"}, 1, 0, {{-1, 1}, {-1, 1}, {-1, 1}}}},
                    {"follower", PdController{{"base"}, 1, 0, {linear(0, 1)}}},
                    {"own", OwnEffort({{"s"}}, {}, Nothing{})}};
   scene.constraints = {
-      {"rope", Rope{{"s", {}}, {"world", {0, 0, 5}}, 9}},
+      {"rope", Rope{{"s"}, {"world", {0, 0, 5}}, 9}},
       {"floor", SphereOverPlane{{"s", {0, 0, 1}}, 0.3, {{"world", {0, 0, -9}}, Vector3d::UnitZ()}, {}}},
       {"stop", Limit{{"base"}, -2, 2, 0.5}},
       {"growing", Distance{{"s", {0, 0, 1}}, {"world", {1, 1, 1}}, linear(1, 0.1)}},
-      {"wall", PointOnPlane{{"s", {}}, {{"world", {}}, Vector3d::UnitX()}, constant(0)}}};
+      {"wall", PointOnPlane{{"s"}, {{"world"}, Vector3d::UnitX()}, constant(0)}}};
   scene.simulation.end_time = 12;
   const WrittenModel written = need(write_osim(scene));
   for (const char* name : {"turn", "spun", "wave", "torsion", "air", "stop of the ball", "follower", "own",
@@ -393,7 +408,8 @@ TEST(OsimWrite, SampleScenesMoveAlikeOrNameWhatIsLost) {
     const Scene again = read_back(written).scene;
     std::size_t harmless = 0;  // settings of the run, ranges
     for (const std::string& line : written.omissions)
-      harmless += line.starts_with("the run's method") || line.starts_with("ranges of balls");
+      harmless += line.starts_with("the run's method") || line.starts_with("ranges of balls") ||
+                  line.starts_with("names have _");
     if (harmless < written.omissions.size()) {
       ++lossy;
       continue;
