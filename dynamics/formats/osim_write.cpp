@@ -44,6 +44,9 @@ class OsimWriter {
     write_osim_contact_shapes(scene_, names_, shapes);
     names_.tell_renamed(lost_);
     list_settings();
+    model.children.remove_if([](const XmlNode& set) {  // without objects
+      return set.name.ends_with("Set") && set.children.front().children.empty();
+    });
     XmlNode lost{"Model"};
     for (const std::string& sentence : lost_.sentences()) lost.comment("Not in this file: " + sentence);
     model.children.splice(model.children.begin(), lost.children);

@@ -24,14 +24,14 @@ struct SkeletonAsked {
   SkeletonOptions options;
 };
 
-// The triangle files in a folder, as a model in `beside` refers to them.
+// The triangle files in a folder, as a model in `beside` (absolute) refers to them.
 Result<std::vector<fs::path>> mesh_files_in(const fs::path& folder, const fs::path& beside) {
   std::vector<fs::path> out;
   if (folder.empty()) return out;
   std::error_code problem;
   for (const auto& entry : fs::directory_iterator(folder, problem))
     if (entry.path().extension() == ".stl")
-      out.push_back(fs::absolute(entry.path()).lexically_proximate(fs::absolute(beside)));
+      out.push_back(fs::absolute(entry.path()).lexically_proximate(beside));
   if (problem) return failure(folder.string(), "cannot be read: " + problem.message());
   std::ranges::sort(out);
   if (out.empty()) return bad_use(folder.string(), "holds no .stl file");
@@ -45,7 +45,7 @@ Result<WrittenModel> written(const SkeletonAsked& asked, const Scene& scene, con
     if (!asked.meshes.empty()) return bad_use(asked.out, "is a scene, which refers to no meshes");
     return write_model(scene, asked.out);
   }
-  const auto meshes = mesh_files_in(asked.meshes, fs::path(asked.out).parent_path());
+  const auto meshes = mesh_files_in(asked.meshes, fs::absolute(asked.out).parent_path());
   if (!meshes) return tl::unexpected(meshes.error());
   return write_model(with_landmark_markers(scene, parts, landmarks), asked.out,
                      body_extras(table, parts, landmarks, *meshes));
