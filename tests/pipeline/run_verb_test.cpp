@@ -16,6 +16,7 @@
 #include <sstream>
 #include <thread>
 
+#include "dynamics/formats/model_file.hpp"
 #include "dynamics/formats/scene_file.hpp"
 #include "dynamics/run/simulate.hpp"
 #include "pipeline/charts/motion_quantity.hpp"
@@ -119,6 +120,12 @@ TEST_F(RunVerb, RepeatsStagesWithMissingOrChangedFiles) {
   const std::string run = path("scan.mhd") + words();
   EXPECT_EQ(stages_done(run), all);
   EXPECT_EQ(stages_done(run), Names{});
+  for (const char* model : {"model/body.osim", "model/body.xml"}) {
+    const auto read = read_model(result(model));
+    ASSERT_TRUE(read) << read.error().message();
+    EXPECT_FALSE(read->scene.markers.empty()) << model;
+    EXPECT_NE(read_input_file(result(model)).value().find("../mesh/head.stl"), std::string::npos) << model;
+  }
   const auto before = json::parse(read_input_file(result("run.json")).value());
 
   fs::remove(result("inertia/table.csv"));
