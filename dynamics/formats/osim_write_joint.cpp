@@ -13,7 +13,7 @@ namespace borelli {
 namespace {
 
 using Eigen::Vector3d;
-using PartKind = GuidedPart::Kind;
+using AxisKind = GuidedPart::Kind;
 
 constexpr double collinear_axes = 1e-4;  // OpenSim refuses axes whose cross product is below 1e-5
 constexpr double near_lock = 0.98;       // sine of the second angle: 78.5 degrees
@@ -99,12 +99,12 @@ class OsimChainWriter {
   static std::vector<GuidedPart> parts_of(const Switch& one) {
     const TimeFunction itself = linear(0, 1);
     if (const auto* slide = std::get_if<Translation>(&one.kind))
-      return {{PartKind::translation, slide->axis, itself}};
+      return {{AxisKind::translation, slide->axis, itself}};
     if (const auto* turn = std::get_if<Rotation>(&one.kind))
-      return {{PartKind::rotation, turn->axis, itself}};
+      return {{AxisKind::rotation, turn->axis, itself}};
     if (const auto* screw = std::get_if<Screw>(&one.kind))
-      return {{PartKind::translation, screw->axis, linear(0, screw->pitch)},
-              {PartKind::rotation, screw->axis, itself}};
+      return {{AxisKind::translation, screw->axis, linear(0, screw->pitch)},
+              {AxisKind::rotation, screw->axis, itself}};
     return std::get<Guided>(one.kind).parts;
   }
 
@@ -121,7 +121,7 @@ class OsimChainWriter {
   bool fits(const GuidedPart& part) const {
     if (is_empty()) return true;
     const Vector3d axis = X_.R * part.axis;
-    if (part.kind == PartKind::translation)
+    if (part.kind == AxisKind::translation)
       return joint_.rotations.empty() && has_room(joint_.translations, axis);
     return (joint_.rotations.empty() || X_.p.isZero(0)) && has_room(joint_.rotations, axis);
   }
@@ -144,7 +144,7 @@ class OsimChainWriter {
     }
     WrittenAxis axis{part, coordinate};
     axis.part.axis = (X_.R * part.axis).normalized();
-    if (part.kind == PartKind::translation) {
+    if (part.kind == AxisKind::translation) {
       joint_.translations.push_back(axis);
       return;
     }
@@ -232,7 +232,7 @@ class OsimChainWriter {
         angle.range =
             Range{std::min(one.ranges[axis].lower, angles[n]), std::max(one.ranges[axis].upper, angles[n])};
       joint_.coordinates.push_back(std::move(angle));
-      append({PartKind::rotation, Vector3d::Unit(axis), linear(0, 1)}, joint_.coordinates.size() - 1);
+      append({AxisKind::rotation, Vector3d::Unit(axis), linear(0, 1)}, joint_.coordinates.size() - 1);
     }
   }
 
