@@ -83,6 +83,19 @@ class Program(unittest.TestCase):
                 np.testing.assert_array_equal(table[:, 0], motion.times)
                 np.testing.assert_array_equal(table[:, 1:1 + motion.q.shape[1]], motion.q)
 
+    def test_foreign_models_equal_the_programs(self):
+        path = program.samples / "double_pendulum.toml"
+        scene = borelli.read_model(path)
+        for ending, text in [("mjcf", scene.to_mjcf()), ("osim", scene.to_osim()), ("urdf", scene.to_urdf())]:
+            program.run("convert", path, "-o", self.folder / f"theirs.{ending}")
+            (self.folder / f"ours.{ending}").write_text(text)
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", borelli.DoubtWarning)
+                ours, theirs = (borelli.read_model(self.folder / f"{whose}.{ending}") for whose in ["ours", "theirs"])
+            # the texts differ by the program's comment on its input
+            self.assertEqual(ours.to_toml(), theirs.to_toml(), ending)
+            self.assertEqual(borelli.System(ours).n_v, 2)
+
     def test_trajectory_files_are_read_back(self):
         motion = borelli.simulate(scene_of("heavy_top"), duration=0.1)
         motion.write(self.folder / "top.h5")
@@ -179,7 +192,13 @@ class Views(unittest.TestCase):
 class Refusals(unittest.TestCase):
     def test_errors_carry_the_programs_sentence(self):
         with self.assertRaises(borelli.Error) as raised:
-            borelli.Scene.from_toml('[[solid]]\nname = "a"\nparent = "b"\nmass = 1\ncentre = [0, 0, 0]\ntensor = [1, 1, 1]\n', "made.toml")
+            borelli.Scene.from_toml("""
+                [[solid]]
+                name = "a"
+                parent = "b"
+                mass = 1
+                centre = [0, 0, 0]
+                tensor = [1, 1, 1]""", "made.toml")
         self.assertTrue(str(raised.exception).startswith("made.toml:"), raised.exception)
         self.assertIn("'b'", str(raised.exception))
         with self.assertRaises(borelli.Error) as raised:
