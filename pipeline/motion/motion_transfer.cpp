@@ -92,8 +92,10 @@ struct FootPlace {
   double floor(double t) const {
     const auto found = planted.floors.find(name);
     if (found == planted.floors.end()) return 0;
+    // a load begins or ends between two times, of which one does not know of it
     const auto after = std::ranges::lower_bound(planted.positions.times, t) - planted.positions.times.begin();
-    return found->second[std::min(std::size_t(after), found->second.size() - 1)];
+    const std::size_t next = std::min(std::size_t(after), found->second.size() - 1);
+    return std::max(found->second[next], found->second[next > 0 ? next - 1 : 0]);
   }
 };
 

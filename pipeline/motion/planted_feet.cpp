@@ -113,6 +113,15 @@ void find_levels(std::vector<SolePoint>& points, const std::vector<std::vector<c
     for (const double level : point.levels) point.steps.push_back(step_of(level - floors.at(point.number)));
 }
 
+/// How far the floor under a foot is above the lowest one, m: the least of its points' steps, since a load may begin
+/// or end with the heel up.
+double step_under(int foot, const std::vector<SolePoint>& points, std::size_t i) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const SolePoint& point : points)
+    if (point.foot == foot) least = std::min(least, point.steps[i]);
+  return least;
+}
+
 void find_standing(SolePoint& point, const std::vector<double>& times) {
   const auto count = Eigen::Index(times.size());
   point.stands.assign(times.size(), false);
@@ -218,10 +227,9 @@ std::vector<Stance> stances_of(const std::vector<SolePoint>& points, std::size_t
     for (std::size_t i = 0; i < times; ++i) poses.push_back(wanted.of(foot, i));
     bool before = false;
     for (std::size_t i = 0; i < times; ++i) {
-      const auto stands = [&](const SolePoint& point) { return point.foot == foot && point.stands[i]; };
-      const auto first = std::ranges::find_if(points, stands);
-      const bool now = first != points.end();
-      if (now && !before) out.push_back({foot, i, i, wanted.ratio() * first->steps[i], {}});
+      const bool now = std::ranges::any_of(
+          points, [&](const SolePoint& point) { return point.foot == foot && point.stands[i]; });
+      if (now && !before) out.push_back({foot, i, i, wanted.ratio() * step_under(foot, points, i), {}});
       if (now) out.back().last = i;
       before = now;
     }
@@ -275,7 +283,8 @@ Result<PlantedFeet> planted_positions(const System& sized, const RecordedPositio
   for (const SolePoint& point : points) {
     std::vector<double>& floor = out.floors[body.solids[std::size_t(point.foot)]];
     if (!floor.empty()) continue;
-    for (const double step : point.steps) floor.push_back(feet.length_ratio * step);
+    for (std::size_t i = 0; i < count; ++i)
+      floor.push_back(feet.length_ratio * step_under(point.foot, points, i));
   }
   VectorXd q = wanted.positions(0);
   for (std::size_t i = 0; i < count; ++i) {
