@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <map>
+#include <set>
 #include <sstream>
 
 #include "segmentation/labelling/segments.hpp"
@@ -118,12 +119,27 @@ std::optional<MarkerPlace> place_of(const std::string& name, PointKind kind, con
   return found->second;
 }
 
+/// The origin and three axis points of a bone that Plug-in Gait computed: "PELO", "PELA", "PELL", "PELP".
+std::set<std::string> computed_bones(const std::vector<std::string>& names) {
+  const std::set<std::string> all(names.begin(), names.end());
+  std::set<std::string> out;
+  for (const std::string& name : names) {
+    if (!name.ends_with('O')) continue;
+    const std::string bone = name.substr(0, name.size() - 1);
+    if (all.contains(bone + 'A') && all.contains(bone + 'L') && all.contains(bone + 'P'))
+      for (const char end : {'O', 'A', 'L', 'P'}) out.insert(bone + end);
+  }
+  return out;
+}
+
 }  // namespace
 
 BodyMarkers body_markers(const std::vector<std::string>& names, const Landmarks& landmarks,
                          const std::vector<std::string>& segments, PointKind kind, const JointMapping& own) {
   BodyMarkers out;
+  const std::set<std::string> computed = computed_bones(names);
   for (const std::string& name : names) {
+    if (computed.contains(name) && !own.find(name)) continue;
     const auto place = place_of(name, kind, own);
     const std::string segment = place ? holder_of(place->segment, segments) : "";
     if (segment.empty())

@@ -10,9 +10,12 @@
 #include "dynamics/numbers/rotation_vector.hpp"
 #include "error/printable.hpp"
 #include "pipeline/body/joint_axes.hpp"
+#include "pipeline/motion/angle_motion.hpp"
 #include "pipeline/motion/foot_contact.hpp"
+#include "pipeline/motion/marker_calibration.hpp"
 #include "pipeline/motion/marker_placement.hpp"
 #include "pipeline/motion/motion_transfer.hpp"
+#include "pipeline/motion/scaled_scene.hpp"
 #include "pipeline/motion/scene_markers.hpp"
 #include "pipeline/motion/solid_poses.hpp"
 #include "pipeline/motion/static_fit.hpp"
@@ -28,6 +31,7 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr double far_from_landmarks = 0.03;  // m
+constexpr double large_error = 0.015;        // m
 
 bool is_foot(const std::string& segment) { return segment.starts_with("foot") || segment.starts_with("leg"); }
 bool is_trunk(const std::string& segment) { return segment.ends_with("trunk") || segment == "head"; }
@@ -81,6 +85,23 @@ void tell_placement(const CapturedMotion& out, bool other_person, std::vector<st
                      : "is the recorded person the scanned one? If not, say so (--other-person)"));
 }
 
+/// Moves the markers to where the motion shows them.
+Result<void> calibrate(CapturedMotion& out) {
+  auto moved = calibrated_markers(out.scene, out.markers);
+  if (!moved) return tl::unexpected(moved.error());
+  out.scene = std::move(moved->scene);
+  out.calibrated = true;
+  return {};
+}
+
+void tell_errors(CapturedMotion& out) {
+  if (!out.calibrated && out.fit.rms() > large_error)
+    out.warnings.push_back(fmt::format(
+        "the fit leaves marker errors of {:.0f} mm (rms): in the motion the markers may sit elsewhere "
+        "than in the trial; --calibrate-markers lets the motion tell their places",
+        1e3 * out.fit.rms()));
+}
+
 /// The body's ground forces, by the foot that stands on each plate.
 Result<void> add_loads(CapturedMotion& out, const System& system, const std::vector<MeasuredForce>& forces,
                        double cutoff) {
@@ -127,6 +148,53 @@ void tell_ranges(CapturedMotion& out, const System& system) {
         name_list(beyond)));
 }
 
+/// Adds loads and joint moments to the positions, which another person's transfer replaces first.
+Result<CapturedMotion> with_efforts(CapturedMotion out, const BodyModel& body,
+                                    const std::vector<double>& factors,
+                                    const std::vector<MeasuredForce>& forces,
+                                    const CapturedMotionRequest& request) {
+  {
+    const auto system = compile(out.scene);
+    if (!system) return tl::unexpected(system.error());
+    if (auto added = add_loads(out, *system, forces, request.cutoff); !added)
+      return tl::unexpected(added.error());
+  }
+  if (request.other_person)
+    if (auto moved = transfer_motion(out, body, factors, request); !moved)
+      return tl::unexpected(moved.error());
+
+  const auto system = compile(out.scene);
+  if (!system) return tl::unexpected(system.error());
+  tell_ranges(out, *system);
+  start_at(out.scene, *system, out.positions.q.row(0).transpose());
+  MotionEffortsRequest asked;
+  asked.cutoff = request.cutoff;
+  auto efforts = efforts_of(*system, out.positions, out.loads, asked);
+  if (!efforts) return tl::unexpected(efforts.error());
+  out.efforts = std::move(*efforts);
+  out.warnings.insert(out.warnings.end(), out.efforts.warnings.begin(), out.efforts.warnings.end());
+  return out;
+}
+
+/// The axis along which the ground pushes on average.
+Vector3d up_of_forces(const std::vector<MeasuredForce>& forces) {
+  Vector3d sum = Vector3d::Zero();
+  for (const MeasuredForce& force : forces)
+    for (Eigen::Index i = 0; i < force.force.cols(); ++i)
+      if (force.force.col(i).allFinite()) sum += force.force.col(i);
+  Eigen::Index axis = 2;
+  if (!sum.isZero()) sum.cwiseAbs().maxCoeff(&axis);
+  return Vector3d::Unit(axis) * (sum[axis] < 0 ? -1 : 1);
+}
+
+/// Forces in the world, whose z is up.
+std::vector<MeasuredForce> turned_forces(std::vector<MeasuredForce> forces, const Vector3d& up) {
+  const Matrix3d R = Eigen::Quaterniond::FromTwoVectors(up, Vector3d::UnitZ()).toRotationMatrix();
+  for (MeasuredForce& force : forces)
+    for (Matrix3Xd* values : {&force.force, &force.point, &force.moment}) *values = R * *values;
+  return forces;
+}
+
 }  // namespace
 
 Result<CapturedMotion> captured_motion(const BodyModel& body, const BodyMarkers& markers,
@@ -142,9 +210,7 @@ Result<CapturedMotion> captured_motion(const BodyModel& body, const BodyMarkers&
   out.markers = turned(recording.motion, R);
   const MarkerMotion trial = recording.trial ? mean_frame(turned(*recording.trial, R), -1e300, 1e300)
                                              : fullest_frame(out.markers, markers);
-  std::vector<MeasuredForce> forces = recording.forces;
-  for (MeasuredForce& force : forces)
-    for (Matrix3Xd* values : {&force.force, &force.point, &force.moment}) *values = R * *values;
+  const std::vector<MeasuredForce> forces = turned_forces(recording.forces, *up);
 
   auto placed =
       place_markers(body.scene, markers.markers, trial, {request.other_person, recording.trial.has_value()});
@@ -156,32 +222,39 @@ Result<CapturedMotion> captured_motion(const BodyModel& body, const BodyMarkers&
   tell_placement(out, request.other_person, out.warnings);
 
   out.scene = std::move(placed->scene);
+  if (request.calibrate)
+    if (auto moved = calibrate(out); !moved) return tl::unexpected(moved.error());
   auto fit = fit_placed(out.scene, out.markers, request.progress);
   if (!fit) return tl::unexpected(fit.error());
   out.fit = std::move(*fit);
   out.warnings.insert(out.warnings.end(), out.fit.warnings.begin(), out.fit.warnings.end());
+  tell_errors(out);
   out.positions = {out.fit.times, out.fit.q};
-  {
-    const auto system = compile(out.scene);
-    if (!system) return tl::unexpected(system.error());
-    if (auto added = add_loads(out, *system, forces, request.cutoff); !added)
-      return tl::unexpected(added.error());
-  }
-  if (request.other_person)
-    if (auto moved = transfer_motion(out, body, placed->factors, request); !moved)
-      return tl::unexpected(moved.error());
+  return with_efforts(std::move(out), body, placed->factors, forces, request);
+}
 
-  const auto system = compile(out.scene);
+Result<CapturedMotion> captured_angles(const BodyModel& body, const Landmarks& landmarks,
+                                       const CapturedAngles& recording,
+                                       const CapturedMotionRequest& request) {
+  const auto system = compile(body.scene);
   if (!system) return tl::unexpected(system.error());
-  tell_ranges(out, *system);
-  start_at(out.scene, *system, out.positions.q.row(0).transpose());
-  MotionEffortsRequest asked;
-  asked.cutoff = request.cutoff;
-  auto efforts = efforts_of(*system, out.positions, out.loads, asked);
-  if (!efforts) return tl::unexpected(efforts.error());
-  out.efforts = std::move(*efforts);
-  out.warnings.insert(out.warnings.end(), out.efforts.warnings.begin(), out.efforts.warnings.end());
-  return out;
+  auto angles = angle_motion(*system, landmarks, recording.angles);
+  if (!angles) return tl::unexpected(angles.error());
+  CapturedMotion out;
+  out.warnings = angles->warnings;
+  const double size = request.other_person ? size_by_height(*system, *angles, body.soles) : 1;
+  if (!(size > 0.4 && size < 2.5))
+    return bad_use("motion", fmt::format("puts the body {:.2f} times as high above the floor as its legs are "
+                                         "long: is its floor at height 0, and its unit metres?",
+                                         size));
+  out.positions = at_size(*system, *angles, size);
+  out.fit.times = out.positions.times;
+  out.fit.q = out.positions.q;
+  const std::vector<double> factors(body.scene.solids.size(), size);
+  out.scene = size == 1 ? body.scene : scaled(body.scene, factors, {}).scene;
+  out.trial.up = out.markers.up = Vector3d::UnitZ();
+  const auto forces = turned_forces(recording.forces, recording.up.value_or(up_of_forces(recording.forces)));
+  return with_efforts(std::move(out), body, factors, forces, request);
 }
 
 }  // namespace borelli

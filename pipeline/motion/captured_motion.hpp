@@ -16,6 +16,8 @@
 #include "pipeline/motion/measured_force.hpp"
 #include "pipeline/motion/motion_efforts_table.hpp"
 #include "pipeline/motion/motion_fit.hpp"
+#include "pipeline/motion/motion_table.hpp"
+#include "segmentation/vocabulary/landmarks.hpp"
 
 namespace borelli {
 
@@ -32,10 +34,19 @@ struct CapturedRecording {
   std::vector<MeasuredForce> forces;  ///< in the axes of the markers
 };
 
+/// Joint angles instead of markers.
+struct CapturedAngles {
+  MotionTable angles;
+  std::vector<MeasuredForce> forces;  ///< in axes of their own: z up, or their mean force points up
+  std::optional<Eigen::Vector3d> up;  ///< of the forces, where their file tells
+};
+
 struct CapturedMotionRequest {
   /// Whether the recorded person is another than the scanned one. Then the motion is fitted to the body's size,
   /// its feet are set on the ground, and forces scale with its mass (motion_transfer.hpp).
   bool other_person = false;
+  /// Whether the motion itself tells where the markers sit (marker_calibration.hpp), not the trial alone.
+  bool calibrate = false;
   std::optional<double> recorded_mass;  ///< kg, of the other person; empty: as the forces tell
   double cutoff = 6;                    ///< Hz, of the low-pass filter over the positions; 0: none
   std::function<void(double)> progress;
@@ -43,10 +54,11 @@ struct CapturedMotionRequest {
 
 /// A body's motion with everything that it was computed from. World axes, z up.
 struct CapturedMotion {
-  Scene scene;            ///< the body with the markers at their places; starts in the first pose
-  MarkerMotion markers;   ///< as recorded; of another person: as this body would show them
-  MarkerMotion trial;     ///< one frame in which the markers were placed
-  bool standing = false;  ///< whether it shows the person standing
+  Scene scene;              ///< the body with the markers at their places; starts in the first pose
+  MarkerMotion markers;     ///< as recorded; of another person: as this body would show them
+  MarkerMotion trial;       ///< one frame in which the markers were placed
+  bool standing = false;    ///< whether it shows the person standing
+  bool calibrated = false;  ///< whether the markers were then moved to where the motion shows them
   MotionFit fit;
   RecordedPositions positions;
   std::vector<ExternalLoad> loads;  ///< on the feet
@@ -60,6 +72,7 @@ struct CapturedMotion {
 ///   1. Up is the recording's own, or the axis along which trunk and head lie above the feet.
 ///   2. The standing trial places the markers on the body (marker_placement.hpp). Without a trial, the first
 ///      frame that shows the most markers does.
+///      The motion then calibrates their places, if asked for.
 ///   3. Each frame is fitted to its markers (motion_fit.hpp).
 ///   4. Another person's motion is transferred to the body (motion_transfer.hpp).
 ///   5. Inverse dynamics gives the joint moments (motion_efforts_table.hpp).
@@ -67,5 +80,11 @@ struct CapturedMotion {
 Result<CapturedMotion> captured_motion(const BodyModel& body, const BodyMarkers& markers,
                                        const CapturedRecording& recording,
                                        const CapturedMotionRequest& request);
+
+/// The same from joint angles (angle_motion.hpp), without markers and their fit. Of another person the size is not
+/// known: it is that of a body at whose feet the floor is (size_by_height). Errors: angle_motion's; a size
+/// that is not between 0.4 and 2.5; those of steps 4 and 5.
+Result<CapturedMotion> captured_angles(const BodyModel& body, const Landmarks& landmarks,
+                                       const CapturedAngles& recording, const CapturedMotionRequest& request);
 
 }  // namespace borelli

@@ -11,6 +11,7 @@
 
 #include "inertia/entries.hpp"
 #include "pipeline/body/skeleton.hpp"
+#include "pipeline/motion/marker_calibration.hpp"
 #include "pipeline/motion/marker_placement.hpp"
 #include "pipeline/motion/scene_markers.hpp"
 #include "threads/slabs.hpp"
@@ -124,7 +125,10 @@ class Redrawn {
         body_markers(motion_.markers.names, landmarks, segments_, source_.kind, source_.own_markers);
     auto placed = place_markers(skeleton->scene, markers.markers, motion_.trial, {false, motion_.standing});
     if (!placed) return tl::unexpected(placed.error());
-    return fitted(placed->scene);
+    if (!motion_.calibrated) return fitted(placed->scene);
+    const auto calibrated = calibrated_markers(placed->scene, motion_.markers);
+    if (!calibrated) return tl::unexpected(calibrated.error());
+    return fitted(calibrated->scene);
   }
 
   Result<Rows> of_markers(Draw& draw) const {
@@ -174,7 +178,8 @@ Result<EffortBands> effort_bands(const CapturedMotion& motion, const BodySource&
   if (source.table.causes.empty())
     return bad_use("joint moments", "have no bands: the inertia table has no deviations");
   EffortBands out;
-  out.causes = {"masses", "joint centres", "markers"};
+  out.causes = {"masses"};
+  if (!motion.fit.markers.empty()) out.causes.insert(out.causes.end(), {"joint centres", "markers"});
   const Redrawn redrawn(motion, source, request);
   const int samples = std::max(2, request.samples), all = samples * int(out.causes.size());
   std::vector<std::optional<Rows>> draws(static_cast<std::size_t>(all));

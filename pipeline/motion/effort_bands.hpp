@@ -30,7 +30,7 @@ struct EffortBandRequest {
 };
 
 struct EffortBands {
-  std::vector<std::string> causes;  ///< "masses", "joint centres", "markers"
+  std::vector<std::string> causes;  ///< "masses"; of a motion with markers also "joint centres", "markers"
   Rows deviation;                   ///< #times by nv, N m or N: standard deviation of the effort, all causes
   std::vector<Rows> by_cause;       ///< the same of each cause alone
   int failed = 0;                   ///< draws that could not be computed, left out
@@ -41,7 +41,7 @@ struct EffortBands {
 ///                  alike in all parts, the others independently. An impossible inertia is drawn
 ///                  again, up to 20 times; then the part keeps its own
 ///   joint centres  each landmark by its deviation along each axis; the body is built again, the markers are
-///                  placed on it again, and the motion is fitted again
+///                  placed on it again (and calibrated, if they were), and the motion is fitted again
 ///   markers        each marker is shifted on its segment by its own rms error in the fit, and the motion is
 ///                  fitted again
 /// The same seed gives the same bands on any number of threads. Errors: a table without deviations, more than a

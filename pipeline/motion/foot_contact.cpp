@@ -20,6 +20,7 @@ namespace {
 constexpr double least_load = 20;      // N
 constexpr double farthest_foot = 0.5;  // m, from the centre of pressure
 constexpr double alike = 0.1;          // m, distances too near to each other to tell the feet apart
+constexpr double shortest = 0.05;      // s, of a stance; shorter loads are noise of a plate
 
 /// A stance on a plate: samples from first to last.
 struct Stance {
@@ -35,6 +36,9 @@ std::vector<Stance> stances_on(const MeasuredForce& plate) {
     if (now) out.back().last = i;
     loaded = now;
   }
+  std::erase_if(out, [&](const Stance& stance) {
+    return plate.times[std::size_t(stance.last)] - plate.times[std::size_t(stance.first)] < shortest;
+  });
   return out;
 }
 

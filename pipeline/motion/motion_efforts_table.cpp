@@ -27,12 +27,6 @@ std::string coordinate_of(const std::string& column) {
   return slash == std::string::npos ? path : path.substr(slash + 1);
 }
 
-Eigen::Index column_of(const MotionTable& table, const std::string& name) {
-  for (std::size_t i = 0; i < table.columns.size(); ++i)
-    if (coordinate_of(table.columns[i]) == name) return Eigen::Index(i);
-  return -1;
-}
-
 /// A load's solids, found once.
 struct ActingLoad {
   const ExternalLoad* load = nullptr;
@@ -130,6 +124,12 @@ MotionTable table_by_coordinate(const System& system, const RecordedEfforts& eff
 
 }  // namespace
 
+Eigen::Index coordinate_column(const MotionTable& table, const std::string& name) {
+  for (std::size_t i = 0; i < table.columns.size(); ++i)
+    if (coordinate_of(table.columns[i]) == name) return Eigen::Index(i);
+  return -1;
+}
+
 Result<TablePositions> positions_in(const System& system, const MotionTable& table) {
   TablePositions out;
   out.positions.times = table.times;
@@ -140,7 +140,7 @@ Result<TablePositions> positions_in(const System& system, const MotionTable& tab
     static constexpr const char* parts[] = {".w", ".x", ".y", ".z"};
     bool found = false;
     for (int i = 0; i < c.q_size; ++i) {
-      const Eigen::Index column = column_of(table, c.q_size == 1 ? c.name : c.name + parts[i]);
+      const Eigen::Index column = coordinate_column(table, c.q_size == 1 ? c.name : c.name + parts[i]);
       found = column >= 0;
       if (!found) break;
       used[std::size_t(column)] = true;

@@ -14,6 +14,9 @@
 
 namespace borelli {
 
+/// The column of a coordinate, by its name or by the path of OpenSim's states (".../name/value"); -1: none.
+Eigen::Index coordinate_column(const MotionTable& table, const std::string& name);
+
 /// The positions of a system's free coordinates in a table.
 struct TablePositions {
   RecordedPositions positions;

@@ -82,9 +82,26 @@ Result<double> mass_by_forces(const System& system, const RecordedPositions& pos
   return masses[masses.size() * 3 / 4];
 }
 
+/// A foot, its size in the sized model over the body's, and the floors under it.
+struct FootPlace {
+  std::string name;
+  double factor = 1;
+  const PlantedFeet& planted;
+
+  /// m, of the body's world, at a time within the motion
+  double floor(double t) const {
+    const auto found = planted.floors.find(name);
+    if (found == planted.floors.end()) return 0;
+    // a load begins or ends between two times, of which one does not know of it
+    const auto after = std::ranges::lower_bound(planted.positions.times, t) - planted.positions.times.begin();
+    const std::size_t next = std::min(std::size_t(after), found->second.size() - 1);
+    return std::max(found->second[next], found->second[next > 0 ? next - 1 : 0]);
+  }
+};
+
 /// A load's centre of pressure moves with the foot, from the sized model's to the body's.
 void move_points(MeasuredForce& measured, const System& from, const RecordedMotion& from_motion,
-                 const System& to, const RecordedMotion& to_motion, const std::string& foot, double factor) {
+                 const System& to, const RecordedMotion& to_motion, const FootPlace& foot) {
   SolidPoses from_poses(from), to_poses(to);
   State state;
   VectorXd a;
@@ -94,11 +111,11 @@ void move_points(MeasuredForce& measured, const System& from, const RecordedMoti
     if (!measured.point.col(n).allFinite()) continue;
     from_motion.at(t, state, a);
     from_poses.update(t, state.q);
-    const Vector3d local = from_poses.of(solid_index(from, foot)).inverse() * measured.point.col(n);
+    const Vector3d local = from_poses.of(solid_index(from, foot.name)).inverse() * measured.point.col(n);
     to_motion.at(t, state, a);
     to_poses.update(t, state.q);
-    measured.point.col(n) = to_poses.of(solid_index(to, foot)) * Vector3d(local / factor);
-    measured.point(2, n) = 0;
+    measured.point.col(n) = to_poses.of(solid_index(to, foot.name)) * Vector3d(local / foot.factor);
+    measured.point(2, n) = foot.floor(t);
   }
 }
 
@@ -106,6 +123,7 @@ void move_points(MeasuredForce& measured, const System& from, const RecordedMoti
 MarkerMotion markers_on_body(const MotionFit& fit, const Scene& body, const RecordedPositions& positions,
                              const MarkerMotion& recorded) {
   MarkerMotion out{fit.markers, fit.times, {}, recorded.up};
+  if (fit.markers.empty()) return out;
   std::size_t f = 0;
   for (std::size_t i = 0; i < fit.times.size(); ++i) {
     while (recorded.times[f] < fit.times[i] - 1e-9) ++f;
@@ -133,11 +151,12 @@ Result<void> transfer_motion(CapturedMotion& motion, const BodyModel& body,
   const auto system = compile(scene);
   if (!system) return tl::unexpected(system.error());
 
-  FeetOnGround feet{.soles = body.soles, .factors = factors, .length_ratio = motion.length_ratio};
+  const FeetOnGround feet{
+      .soles = body.soles, .factors = factors, .length_ratio = motion.length_ratio, .loads = motion.loads};
   auto planted = planted_positions(*sized_system, motion.positions, *system, feet);
   if (!planted) return tl::unexpected(planted.error());
   const auto from = RecordedMotion::of(*sized_system, motion.positions, request.cutoff);
-  const auto to = RecordedMotion::of(*system, *planted, request.cutoff);
+  const auto to = RecordedMotion::of(*system, planted->positions, request.cutoff);
   if (!from) return tl::unexpected(from.error());
   if (!to) return tl::unexpected(to.error());
 
@@ -156,7 +175,8 @@ Result<void> transfer_motion(CapturedMotion& motion, const BodyModel& body,
         request.recorded_mass ? "as told" : "as the forces tell", *body_mass, motion.length_ratio));
   for (ExternalLoad& load : motion.loads) {
     const auto solid = std::ranges::find(sized.solids, load.body, &Solid::name) - sized.solids.begin();
-    move_points(load.measured, *sized_system, *from, *system, *to, load.body, factors[std::size_t(solid)]);
+    move_points(load.measured, *sized_system, *from, *system, *to,
+                {load.body, factors[std::size_t(solid)], *planted});
     load.measured.force *= motion.mass_ratio;
     load.measured.moment *= motion.mass_ratio * motion.length_ratio;
   }
@@ -166,8 +186,8 @@ Result<void> transfer_motion(CapturedMotion& motion, const BodyModel& body,
   const auto trial_places = marker_places(scene, names, trial_q);
   if (!trial_places) return tl::unexpected(trial_places.error());
   motion.trial = {names, {0}, {*trial_places}, Vector3d::UnitZ()};
-  motion.markers = markers_on_body(motion.fit, scene, *planted, motion.markers);
-  motion.positions = std::move(*planted);
+  motion.markers = markers_on_body(motion.fit, scene, planted->positions, motion.markers);
+  motion.positions = std::move(planted->positions);
   motion.scene = std::move(scene);
   return {};
 }

@@ -17,10 +17,12 @@ namespace borelli {
 ///           tenth of frames) and slower than 0.3 m/s, for at least 0.1 s. A standing foot is held in one flat
 ///           pose, its soles at height 0: the mean pose of the frames in which most of its points stand. Least
 ///           squares brings it there. No sole point goes below 0.
-///   forces  They scale with the mass, and act at the same place of the foot, at height 0. The recorded mass, if
-///           it is not given, is the upper quartile of F_z / (g + a_z) over the samples with at least half of
-///           the largest F_z; a_z is the gravity centre's acceleration. (A foot beside the plates makes F_z
-///           too small, so lower values are not used.)
+///   stairs  A foot that carries a measured load at least 5 cm above that lowest height stands on a step: there
+///           heights count from the lowest ones during the load. Steps scale with the length of the legs.
+///   forces  They scale with the mass, and act at the same place of the foot, at the height of its floor. The recorded
+///           mass, if it is not given, is the upper quartile of F_z / (g + a_z) over the samples with at least half of
+///           the largest F_z; a_z is the gravity centre's acceleration. (A foot beside the plates makes F_z too small,
+///           so lower values are not used.)
 Result<void> transfer_motion(CapturedMotion& motion, const BodyModel& body,
                              const std::vector<double>& factors, const CapturedMotionRequest& request);
 

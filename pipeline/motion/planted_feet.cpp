@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "dynamics/inverse/marker_fit.hpp"
 #include "pipeline/motion/solid_poses.hpp"
@@ -19,22 +20,31 @@ namespace {
 constexpr double near_level = 0.015;     // m
 constexpr double slow = 0.3;             // m/s
 constexpr double least_stance = 0.1;     // s
+constexpr double least_load = 20;        // N
 constexpr double frame_arm = 0.1;        // m, of the points that hold a solid's pose
 constexpr double standing_weight = 100;  // of a sole point that stands, beside 1 of those
 
 /// A sole point in its foot, and over time.
 struct SolePoint {
-  int foot = -1;   ///< solid
-  Vector3d place;  ///< in the body's foot, m
-  Matrix3Xd way;   ///< #times: world, in the recorded person's size, m
+  int foot = -1;           ///< solid
+  std::size_t number = 0;  ///< in the foot's list
+  Vector3d place;          ///< in the body's foot, m
+  Matrix3Xd way;           ///< #times: world, in the recorded person's size, m
   std::vector<char> stands;
-  double level = 0;  ///< m, its height when the foot stands
+  double level = 0;  ///< m, its height when the foot stands where it does lowest
+  std::vector<double>
+      levels;  ///< m, by time: the same, on a step of a stair where the foot carries a load on one
+  std::vector<double> steps;  ///< m, by time: how far that is above the lowest floor; 0 off stairs
 };
+
+/// A height above the lowest floor, m: less than 5 cm are no step of a stair.
+double step_of(double height) { return height < 0.05 ? 0 : height; }
 
 /// A foot that stands from one time to another, and the flat pose that it is held in.
 struct Stance {
   int foot = -1;
   std::size_t first = 0, last = 0;
+  double height = 0;  ///< m, of the floor or step it stands on, in the body's world
   Pose pose;
 };
 
@@ -45,7 +55,8 @@ std::vector<SolePoint> sole_points(const System& body, const FootSoles& soles) {
   for (const auto& [foot, points] : soles) {
     const int solid = solid_index(body, foot);
     if (solid < 0) continue;
-    for (const Vector3d& point : points) out.push_back({solid, poses.of(solid).inverse() * point, {}, {}, 0});
+    for (std::size_t k = 0; k < points.size(); ++k)
+      out.push_back({solid, k, poses.of(solid).inverse() * points[k], {}, {}, 0, {}});
   }
   return out;
 }
@@ -62,20 +73,82 @@ void drop_short(std::vector<char>& flags, const std::vector<double>& times, char
   }
 }
 
+/// The middle of the lowest tenth.
+double lowest_of(std::vector<double> heights) {
+  std::ranges::sort(heights);
+  return heights[heights.size() / 20];
+}
+
+/// Calls visit(first, end) for each unbroken run of set flags.
+template <class Visit>
+void for_each_run(const std::vector<char>& flags, const Visit& visit) {
+  for (std::size_t i = 0; i < flags.size();) {
+    std::size_t end = i;
+    while (end < flags.size() && flags[end] == flags[i]) ++end;
+    if (flags[i]) visit(i, end);
+    i = end;
+  }
+}
+
+/// Levels and steps of all points. The lowest floor is that of the lower foot, for each point by itself: the toes of
+/// a rigid foot sink when the heel rises. `loaded`: by point and time.
+void find_levels(std::vector<SolePoint>& points, const std::vector<std::vector<char>>& loaded) {
+  std::map<std::size_t, double> floors;  // by the point's number
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    SolePoint& point = points[k];
+    const auto lowest_within = [&](std::size_t first, std::size_t end) {
+      const auto heights = point.way.row(2).segment(Eigen::Index(first), Eigen::Index(end - first));
+      return lowest_of({heights.begin(), heights.end()});
+    };
+    point.level = lowest_within(0, loaded[k].size());
+    point.levels.assign(loaded[k].size(), point.level);
+    for_each_run(loaded[k], [&](std::size_t first, std::size_t end) {
+      std::fill(point.levels.begin() + std::ptrdiff_t(first), point.levels.begin() + std::ptrdiff_t(end),
+                point.level + step_of(lowest_within(first, end) - point.level));
+    });
+    double& floor = floors.emplace(point.number, point.level).first->second;
+    floor = std::min(floor, point.level);
+  }
+  for (SolePoint& point : points)
+    for (const double level : point.levels) point.steps.push_back(step_of(level - floors.at(point.number)));
+}
+
+/// How far the floor under a foot is above the lowest one, m: the least of its points' steps, since a load may begin
+/// or end with the heel up.
+double step_under(int foot, const std::vector<SolePoint>& points, std::size_t i) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const SolePoint& point : points)
+    if (point.foot == foot) least = std::min(least, point.steps[i]);
+  return least;
+}
+
 void find_standing(SolePoint& point, const std::vector<double>& times) {
   const auto count = Eigen::Index(times.size());
-  std::vector<double> heights(point.way.row(2).begin(), point.way.row(2).end());
-  std::ranges::sort(heights);
-  point.level = heights[heights.size() / 20];  // the middle of the lowest tenth
   point.stands.assign(times.size(), false);
   for (Eigen::Index i = 0; i < count; ++i) {
     const Eigen::Index before = std::max<Eigen::Index>(i - 1, 0), after = std::min(i + 1, count - 1);
     const double speed = (point.way.col(after) - point.way.col(before)).norm() /
                          (times[std::size_t(after)] - times[std::size_t(before)]);
-    point.stands[std::size_t(i)] = point.way(2, i) < point.level + near_level && speed < slow;
+    point.stands[std::size_t(i)] =
+        point.way(2, i) < point.levels[std::size_t(i)] + near_level && speed < slow;
   }
   drop_short(point.stands, times, false);  // gaps, then blinks
   drop_short(point.stands, times, true);
+}
+
+/// At which times a foot carries a measured load.
+std::vector<char> loaded_times(const std::string& foot, const std::vector<double>& times,
+                               const std::vector<ExternalLoad>& loads) {
+  std::vector<char> out(times.size(), false);
+  for (const ExternalLoad& load : loads) {
+    const std::vector<double>& samples = load.measured.times;
+    if (load.body != foot || samples.empty()) continue;
+    for (std::size_t i = 0; i < times.size(); ++i) {
+      const auto at = std::ranges::lower_bound(samples, times[i] - 1e-9) - samples.begin();
+      if (at < std::ssize(samples) && load.measured.force.col(at).norm() >= least_load) out[i] = true;
+    }
+  }
+  return out;
 }
 
 /// Holds a solid's pose by three points.
@@ -85,7 +158,7 @@ std::array<Vector3d, 3> frame_points() {
 }
 
 /// The flat pose of a standing foot: mean place and heading where most of its points stand, turned so that
-/// these lie at height 0.
+/// these lie at the height of its floor.
 Pose flat_pose(const Stance& stance, const std::vector<SolePoint>& points, const std::vector<Pose>& wanted) {
   int most = 0;
   std::vector<int> standing(stance.last - stance.first + 1, 0);
@@ -103,7 +176,7 @@ Pose flat_pose(const Stance& stance, const std::vector<SolePoint>& points, const
     for (std::size_t i = stance.first; i <= stance.last; ++i)
       if (standing[i - stance.first] == most) sum += wanted[i] * point.place, ++count;
     local.push_back(point.place);
-    world.emplace_back(sum.x() / count, sum.y() / count, 0);
+    world.emplace_back(sum.x() / count, sum.y() / count, stance.height);
   }
   Matrix3Xd from(3, std::ssize(local)), to(3, std::ssize(local));
   for (std::size_t k = 0; k < local.size(); ++k)
@@ -131,6 +204,7 @@ class WantedPoses {
     }
     return q;
   }
+  double ratio() const { return ratio_; }
   Pose of(int solid, std::size_t i) {
     poses_.update(0, positions(i));
     return poses_.of(solid);
@@ -155,7 +229,7 @@ std::vector<Stance> stances_of(const std::vector<SolePoint>& points, std::size_t
     for (std::size_t i = 0; i < times; ++i) {
       const bool now = std::ranges::any_of(
           points, [&](const SolePoint& point) { return point.foot == foot && point.stands[i]; });
-      if (now && !before) out.push_back({foot, i, i, {}});
+      if (now && !before) out.push_back({foot, i, i, wanted.ratio() * step_under(foot, points, i), {}});
       if (now) out.back().last = i;
       before = now;
     }
@@ -177,8 +251,8 @@ std::vector<FollowedMarker> followed_points(const System& body, const std::vecto
 
 }  // namespace
 
-Result<RecordedPositions> planted_positions(const System& sized, const RecordedPositions& recorded,
-                                            const System& body, const FeetOnGround& feet) {
+Result<PlantedFeet> planted_positions(const System& sized, const RecordedPositions& recorded,
+                                      const System& body, const FeetOnGround& feet) {
   std::vector<SolePoint> points = sole_points(body, feet.soles);
   const std::size_t count = recorded.times.size();
   // ways of the sole points in the recorded person's size
@@ -191,6 +265,10 @@ Result<RecordedPositions> planted_positions(const System& sized, const RecordedP
       point.way.col(Eigen::Index(i)) =
           poses.of(point.foot) * Vector3d(feet.factors[std::size_t(point.foot)] * point.place);
   }
+  std::vector<std::vector<char>> loaded;
+  for (const SolePoint& point : points)
+    loaded.push_back(loaded_times(body.solids[std::size_t(point.foot)], recorded.times, feet.loads));
+  find_levels(points, loaded);
   for (SolePoint& point : points) {
     find_standing(point, recorded.times);
     ground = std::min(ground, point.level);
@@ -201,7 +279,13 @@ Result<RecordedPositions> planted_positions(const System& sized, const RecordedP
   const std::vector<Stance> stances = stances_of(points, count, wanted);
   auto fit = MarkerFit::create(body, followed_points(body, points), {}, {.within_ranges = false});
   if (!fit) return tl::unexpected(fit.error());
-  RecordedPositions out{recorded.times, recorded.q};
+  PlantedFeet out{recorded, {}};
+  for (const SolePoint& point : points) {
+    std::vector<double>& floor = out.floors[body.solids[std::size_t(point.foot)]];
+    if (!floor.empty()) continue;
+    for (std::size_t i = 0; i < count; ++i)
+      floor.push_back(feet.length_ratio * step_under(point.foot, points, i));
+  }
   VectorXd q = wanted.positions(0);
   for (std::size_t i = 0; i < count; ++i) {
     q = wanted.positions(i);
@@ -223,7 +307,7 @@ Result<RecordedPositions> planted_positions(const System& sized, const RecordedP
     }
     const auto frame = fit->fit(0, targets, VectorXd(), q);
     if (!frame) return tl::unexpected(frame.error());
-    out.q.row(Eigen::Index(i)) = q.transpose();
+    out.positions.q.row(Eigen::Index(i)) = q.transpose();
   }
   return out;
 }

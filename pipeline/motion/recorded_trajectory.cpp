@@ -5,26 +5,33 @@
 
 namespace borelli {
 
-Result<Trajectory> recorded_trajectory(const System& system, const RecordedEfforts& motion) {
+Trajectory posed_trajectory(const System& system, const RecordedPositions& positions) {
   Trajectory out;
-  out.times = motion.times;
+  out.times = positions.times;
   out.coordinates = system.coordinates;
-  out.q = motion.q;
+  out.q = positions.q;
+  out.solids = system.solids;
+  SolidPoses poses(system);
+  for (std::size_t i = 0; i < out.times.size(); ++i) {
+    poses.update(out.times[i], out.q.row(Eigen::Index(i)).transpose());
+    for (std::size_t s = 0; s < system.solids.size(); ++s) out.poses.push_back(poses.of(int(s)));
+  }
+  return out;
+}
+
+Result<Trajectory> recorded_trajectory(const System& system, const RecordedEfforts& motion) {
+  Trajectory out = posed_trajectory(system, {motion.times, motion.q});
   out.v = motion.v;
   out.a = motion.a;
-  out.solids = system.solids;
   const auto count = Eigen::Index(motion.times.size());
   for (Rows* rows : {&out.gravity_centre, &out.linear_momentum, &out.angular_momentum})
     rows->resize(count, 3);
-  SolidPoses poses(system);
   State state = system.initial;
   Workspace workspace(system);
   for (Eigen::Index i = 0; i < count; ++i) {
     state.t = motion.times[std::size_t(i)];
     state.q = motion.q.row(i).transpose();
     state.v = motion.v.row(i).transpose();
-    poses.update(state.t, state.q);
-    for (std::size_t s = 0; s < system.solids.size(); ++s) out.poses.push_back(poses.of(int(s)));
     const auto terms = evaluate(system, state, {}, workspace);
     if (!terms) return tl::unexpected(terms.error());
     out.gravity_centre.row(i) = terms->momenta.centre.transpose();

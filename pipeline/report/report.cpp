@@ -359,6 +359,8 @@ std::vector<ReportFile> report_files(const fs::path& folder) {
                              "motion/moments.sto",
                              "motion/powers.sto",
                              "motion/marker_errors.sto",
+                             "motion/markers.trc",
+                             "motion/trajectory.bvh",
                              "motion/efforts.json",
                              "body.glb",
                              "body.png",

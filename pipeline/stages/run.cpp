@@ -55,6 +55,7 @@ json settings_of(const RunSettings& s) {
             {"trial", names.name_of(s.captured.trial)},
             {"marker_map", names.name_of(s.captured.marker_map)},
             {"other_person", s.captured.other_person},
+            {"calibrate", s.captured.calibrate},
             {"recorded_mass", s.captured.recorded_mass},
             {"cutoff", s.captured.cutoff},
             {"band_draws", s.captured.band_draws},
@@ -167,7 +168,7 @@ std::vector<Stage> stages_of(RunData& data, const json& recorded) {
     stages.push_back({"motion",
                       {"skeleton"},
                       {{"captured", all.at("captured")}, {"files", recorded}},
-                      captured_outputs(),
+                      captured_outputs(settings.captured),
                       shown(capture_motion)});
   else
     stages.push_back({"motion",

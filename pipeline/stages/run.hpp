@@ -29,12 +29,14 @@ namespace borelli {
 
 /// A captured motion for the body (pipeline/motion/captured_motion.hpp), instead of the leap.
 struct CapturedSettings {
-  std::string motion;  ///< markers (.trc, .c3d) or a skeleton (.bvh); empty: the body leaps
+  /// markers (.trc, .c3d), a skeleton (.bvh) or joint angles (.mot, .sto); empty: the body leaps
+  std::string motion;
   std::string forces;  ///< ground forces (.mot, .sto, .xml, .c3d); empty: those of a C3D motion
   std::string trial;   ///< the person standing still; empty: a frame of the motion
   std::string
       marker_map;  ///< from markers to landmarks or segments (joint_mapping.hpp); empty: by their names
   bool other_person = false;  ///< the recorded person is not the scanned one
+  bool calibrate = false;     ///< the motion tells where the markers sit (marker_calibration.hpp)
   double recorded_mass = 0;   ///< kg, of the other person; 0: as the forces tell
   double cutoff = 6;          ///< Hz, of the low-pass filter over the joint angles; 0: none
   int band_draws = 24;        ///< for each cause of error (effort_bands.hpp); 0: no error bands

@@ -12,8 +12,10 @@
 #include "pipeline/motion/effort_bands.hpp"
 #include "pipeline/motion/effort_report.hpp"
 #include "pipeline/motion/motion_table_file.hpp"
+#include "pipeline/motion/motion_text.hpp"
 #include "pipeline/motion/recorded_trajectory.hpp"
 #include "pipeline/motion/recording.hpp"
+#include "segmentation/files/header_text.hpp"
 
 namespace borelli {
 namespace {
@@ -27,14 +29,34 @@ void append(Warnings& to, const Warnings& more) { to.insert(to.end(), more.begin
 /// What the run's recording files hold.
 struct ReadRecording {
   CapturedRecording recording;
+  CapturedAngles angles;  ///< of a table of joint angles; `recording` is then empty
   PointKind kind = PointKind::markers;
   JointMapping own_markers;
   std::string in_words;
 };
 
+Result<ReadRecording> read_angles(const RunSettings& settings, const InputNames& names, Warnings& warnings) {
+  const CapturedSettings& from = settings.captured;
+  ReadRecording out;
+  auto table = read_motion_table(from.motion);
+  if (!table) return tl::unexpected(table.error());
+  append(warnings, table->warnings);
+  out.angles.angles = std::move(table->table);
+  out.in_words = names.name_of(from.motion);
+  if (from.forces.empty()) return out;
+  auto forces = read_forces(from.forces);
+  if (!forces) return tl::unexpected(forces.error());
+  append(warnings, forces->warnings);
+  out.angles.forces = std::move(forces->forces);
+  out.angles.up = forces->up;
+  out.in_words += " and " + names.name_of(from.forces);
+  return out;
+}
+
 Result<ReadRecording> read_captured(const RunSettings& settings, const InputNames& names,
                                     Warnings& warnings) {
   const CapturedSettings& from = settings.captured;
+  if (holds_angles(from)) return read_angles(settings, names, warnings);
   ReadRecording out;
   auto motion = read_recording(from.motion, from.bvh_unit);
   if (!motion) return tl::unexpected(motion.error());
@@ -85,6 +107,19 @@ MotionTable moments_with_deviations(const System& system, const RecordedEfforts&
   return table;
 }
 
+/// The motion as a skeleton, and its markers with their errors.
+Result<void> write_motion(RunData& data, const CapturedMotion& motion, const Trajectory& trajectory) {
+  std::vector<const char*> names{"motion/trajectory.bvh"};
+  if (!motion.fit.markers.empty()) names.push_back("motion/markers.trc");
+  for (const char* name : names) {
+    const auto text = motion_text(motion.scene, trajectory, data.file(name).string());
+    if (!text) return tl::unexpected(text.error());
+    if (auto done = write_whole(data.file(name), *text); !done) return done;
+  }
+  if (motion.fit.markers.empty()) return {};
+  return write_table(error_table_of(motion.fit), data.file("motion/marker_errors.sto"));
+}
+
 Result<void> write_captured(RunData& data, const CapturedMotion& motion, const System& system,
                             const std::optional<EffortBands>& bands, const std::string& source) {
   const auto trajectory = recorded_trajectory(system, motion.efforts);
@@ -108,29 +143,48 @@ Result<void> write_captured(RunData& data, const CapturedMotion& motion, const S
     return done;
   if (auto done = write_table(power_table_of(system, motion.efforts), data.file("motion/powers.sto")); !done)
     return done;
-  if (auto done = write_table(error_table_of(motion.fit), data.file("motion/marker_errors.sto")); !done)
-    return done;
+  if (const auto done = write_motion(data, motion, *trajectory); !done) return done;
   const json report = effort_report(motion, system, bands, source);
   return write_whole(data.file("motion/efforts.json"), json_text(report, -1) + "\n");
+}
+
+Result<CapturedMotion> captured_by(const BodyModel& body, const Landmarks& landmarks,
+                                   const ReadRecording& read, const CapturedMotionRequest& request) {
+  if (!read.angles.angles.columns.empty()) return captured_angles(body, landmarks, read.angles, request);
+  std::vector<std::string> segments;
+  for (const Solid& solid : body.scene.solids) segments.push_back(solid.name);
+  const BodyMarkers markers =
+      body_markers(read.recording.motion.names, landmarks, segments, read.kind, read.own_markers);
+  return captured_motion(body, markers, read.recording, request);
 }
 
 json entry_of(const CapturedMotion& motion, const std::optional<EffortBands>& bands, Warnings warnings) {
   append(warnings, motion.warnings);
   json entry{{"warnings", warnings},
-             {"marker_error_mm", 1e3 * motion.fit.rms()},
-             {"landmark_distance_mm", 1e3 * motion.landmark_distance},
              {"length_ratio", motion.length_ratio},
              {"mass_ratio", motion.mass_ratio},
              {"root_residuals", residual_report(motion.efforts)}};
+  if (!motion.fit.markers.empty()) {
+    entry["marker_error_mm"] = 1e3 * motion.fit.rms();
+    entry["landmark_distance_mm"] = 1e3 * motion.landmark_distance;
+  }
   if (bands) entry["failed_draws"] = bands->failed;
   return entry;
 }
 
 }  // namespace
 
-std::vector<std::string> captured_outputs() {
-  return {"model/captured.toml", "motion/trajectory.h5", "motion/trajectory.csv",    "motion/angles.mot",
-          "motion/moments.sto",  "motion/powers.sto",    "motion/marker_errors.sto", "motion/efforts.json"};
+bool holds_angles(const CapturedSettings& settings) {
+  const std::string ending = lower_case(fs::path(settings.motion).extension().string());
+  return ending == ".mot" || ending == ".sto";
+}
+
+std::vector<std::string> captured_outputs(const CapturedSettings& settings) {
+  std::vector<std::string> out{"model/captured.toml", "motion/trajectory.h5", "motion/trajectory.csv",
+                               "motion/angles.mot",   "motion/moments.sto",   "motion/powers.sto",
+                               "motion/efforts.json", "motion/trajectory.bvh"};
+  if (!holds_angles(settings)) out.insert(out.end(), {"motion/marker_errors.sto", "motion/markers.trc"});
+  return out;
 }
 
 Result<json> capture_motion(RunData& data, const StageProgress& progress) {
@@ -144,20 +198,16 @@ Result<json> capture_motion(RunData& data, const StageProgress& progress) {
   Warnings warnings;
   const auto read = read_captured(data.settings, data.names, warnings);
   if (!read) return tl::unexpected(read.error());
-  std::vector<std::string> segments;
-  for (const Solid& solid : (*scene)->solids) segments.push_back(solid.name);
-  const BodyMarkers markers =
-      body_markers(read->recording.motion.names, landmarks, segments, read->kind, read->own_markers);
-
   const CapturedSettings& settings = data.settings.captured;
   CapturedMotionRequest request;
   request.other_person = settings.other_person;
+  request.calibrate = settings.calibrate;
   if (settings.recorded_mass > 0) request.recorded_mass = settings.recorded_mass;
   request.cutoff = settings.cutoff;
   request.progress = [&](double done) { progress(0.3 * done); };
   BodyModel body{**scene, {}};
   if (settings.other_person) body.soles = foot_soles((*segmentation)->labels, landmarks);
-  const auto motion = captured_motion(body, markers, read->recording, request);
+  const auto motion = captured_by(body, landmarks, *read, request);
   if (!motion) return tl::unexpected(motion.error());
 
   std::optional<EffortBands> bands;

@@ -6,6 +6,8 @@
 #include "pipeline/files/whole_file.hpp"
 #include "pipeline/motion/motion_fit.hpp"
 #include "pipeline/motion/motion_table_file.hpp"
+#include "pipeline/motion/motion_text.hpp"
+#include "pipeline/motion/recorded_trajectory.hpp"
 #include "pipeline/motion/recording.hpp"
 #include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/model_options.hpp"
@@ -115,7 +117,9 @@ Result<json> work(IkOptions o, const Command& command) {
   if (!fit) return tl::unexpected(fit.error());
   command.warn(fit->warnings);
   if (!o.out.empty()) {
-    const auto text = motion_table_text(table_of(*system, *fit), o.out);
+    const auto text = is_motion_text(o.out)
+                          ? motion_text(model->scene, posed_trajectory(*system, {fit->times, fit->q}), o.out)
+                          : motion_table_text(table_of(*system, *fit), o.out);
     if (!text) return tl::unexpected(text.error());
     if (auto wrote = write_whole(o.out, *text); !wrote) return tl::unexpected(wrote.error());
   }
@@ -149,7 +153,10 @@ void add_ik(CLI::App& program, Command& command) {
   verb->add_option("model", o->model, "The model: OpenSim, MJCF, URDF or a scene, with markers")->required();
   verb->add_option("--markers", o->markers,
                    "The recording: TRC, C3D, or BVH, whose joint centres are the markers");
-  verb->add_option("-o,--out", o->out, "Joint angles to write: .mot or .sto of OpenSim, in degrees and m");
+  verb->add_option(
+      "-o,--out", o->out,
+      "Joint angles to write: .mot or .sto of OpenSim, in degrees and m; or a skeleton (.bvh), or the "
+      "model's markers (.trc)");
   verb->add_option("--setup", o->setup,
                    "OpenSim's set-up (.xml): which markers and coordinates to follow, and their weights");
   verb->add_option("--errors", o->errors,

@@ -4,6 +4,7 @@
 #include "pipeline/body/table_tolerance.hpp"
 #include "pipeline/files/digest.hpp"
 #include "pipeline/files/input_names.hpp"
+#include "pipeline/stages/run_captured.hpp"
 
 #include <fmt/core.h>
 
@@ -100,10 +101,19 @@ Result<void> check_captured(const RunSettings& settings) {
     for (const auto& [option, given] : {std::pair{"--forces", !captured.forces.empty()},
                                         {"--static", !captured.trial.empty()},
                                         {"--marker-map", !captured.marker_map.empty()},
+                                        {"--calibrate-markers", captured.calibrate},
                                         {"--other-person", captured.other_person}})
       if (given) return bad_use(option, "belongs to a captured motion; give --motion");
     return {};
   }
+  if (holds_angles(captured))
+    for (const auto& [option, given] : {std::pair{"--static", !captured.trial.empty()},
+                                        {"--marker-map", !captured.marker_map.empty()},
+                                        {"--calibrate-markers", captured.calibrate},
+                                        {"--bvh-unit", captured.bvh_unit > 0}})
+      if (given)
+        return bad_use(option,
+                       "is about markers, and " + captured.motion + " holds joint angles; leave it out");
   if (captured.recorded_mass > 0 && !captured.other_person)
     return bad_use("--recorded-mass", "is of another person than the scanned one; give --other-person");
   if (settings.model_tolerance > 0)
@@ -313,9 +323,10 @@ void add_run(CLI::App& program, Command& command) {
       ->check(number_not_negative())
       ->capture_default_str();
   CapturedSettings& c = s.captured;
-  verb->add_option(
-      "--motion", c.motion,
-      "Captured motion: markers (.trc, .c3d) or a skeleton (.bvh); the body moves so instead of leaping");
+  verb->add_option("--motion", c.motion,
+                   "Captured motion: markers (.trc, .c3d), a skeleton (.bvh) or joint angles (.mot, .sto; "
+                   "the body's own or "
+                   "OpenSim's coordinates); the body moves so instead of leaping");
   verb->add_option(
       "--forces", c.forces,
       "Its ground forces: .mot, .sto, OpenSim's external loads (.xml) or .c3d (default: those of a "
@@ -330,6 +341,8 @@ void add_run(CLI::App& program, Command& command) {
   verb->add_flag(
       "--other-person", c.other_person,
       "The recorded person is not the scanned one: scale motion and forces to the body, set its feet down");
+  verb->add_flag("--calibrate-markers", c.calibrate,
+                 "Place the markers where the motion shows them on average, not where the trial alone does");
   verb->add_option("--recorded-mass", c.recorded_mass,
                    "Mass of the other person, kg (default: as the forces tell)")
       ->check(positive_number());
@@ -375,8 +388,8 @@ void add_run(CLI::App& program, Command& command) {
       {"--flight-time", "--somersault-rate", "--tuck", "--muscle-frequency", "--damping-ratio", "--tolerance",
        "--keep", "--accuracy", "--method", "--equations", "--integrator-tolerance", "--step"});
   group_options(*verb, "Captured motion",
-                {"--motion", "--forces", "--static", "--marker-map", "--other-person", "--recorded-mass",
-                 "--cut-off", "--band-draws", "--bvh-unit"});
+                {"--motion", "--forces", "--static", "--marker-map", "--calibrate-markers", "--other-person",
+                 "--recorded-mass", "--cut-off", "--band-draws", "--bvh-unit"});
   group_options(*verb, "Results",
                 {"--mesh-tolerance", "--skin", "--deface", "--keep-paths", "--allow-untrusted"});
   verb->callback([&command, asked, verb] {

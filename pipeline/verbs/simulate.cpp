@@ -16,6 +16,7 @@
 #include "pipeline/export/unfinished_rows.hpp"
 #include "pipeline/files/file_order.hpp"
 #include "pipeline/files/whole_file.hpp"
+#include "pipeline/motion/motion_text.hpp"
 #include "pipeline/report/scene_meshes.hpp"
 #include "pipeline/verbs/checkpoint.hpp"
 #include "pipeline/verbs/inputs.hpp"
@@ -80,7 +81,17 @@ Result<void> check_effect(const SimulateOptions& o, const SimulationSettings& se
   return {};
 }
 
-bool shows_motion(const std::string& output) { return output.ends_with(".glb") || output.ends_with(".html"); }
+// Whether the output shows the motion alone, in equal steps, instead of storing the whole run.
+bool shows_motion(const std::string& output) {
+  return output.ends_with(".glb") || output.ends_with(".html") || is_motion_text(output);
+}
+
+Result<std::string> shown_motion(const Scene& scene, const Trajectory& trajectory,
+                                 const std::string& output) {
+  if (output.ends_with(".glb")) return scene_glb(scene, trajectory);
+  if (output.ends_with(".html")) return scene_page(scene, trajectory);
+  return motion_text(scene, trajectory, output);
+}
 
 // Prefixes errors of compilation or simulation with the scene's file.
 tl::unexpected<Error> in_file(const std::string& file, Error error) {
@@ -165,7 +176,8 @@ Result<nlohmann::json> work(const SimulateOptions& o, const Command& command) {
   const std::string ending = std::filesystem::path(o.output).extension().string();
   const bool shows = shows_motion(o.output);
   if (!o.output.empty() && ending != ".h5" && ending != ".hdf5" && ending != ".csv" && !shows)
-    return bad_use(o.output, "ends in '" + ending + "', expected .h5, .hdf5, .csv, .glb or .html");
+    return bad_use(o.output,
+                   "ends in '" + ending + "', expected .h5, .hdf5, .csv, .glb, .html, .bvh or .trc");
   if (!o.output.empty()) {
     if (auto fine = check_writable(o.output, {o.scene}); !fine) return tl::unexpected(fine.error());
   }
@@ -192,9 +204,7 @@ Result<nlohmann::json> work(const SimulateOptions& o, const Command& command) {
     settled.simulation = settings_of(scene.simulation, o);
     const auto text = write_scene(settled);
     if (!text) return tl::unexpected(text.error());
-    const auto seen = ending == ".glb"    ? scene_glb(scene, *trajectory)
-                      : ending == ".html" ? scene_page(scene, *trajectory)
-                                          : std::string();
+    const auto seen = shows ? shown_motion(scene, *trajectory, o.output) : std::string();
     if (!seen) return tl::unexpected(seen.error());
     const auto done =
         shows ? write_whole(o.output, *seen) : write_whole(o.output, [&](const std::filesystem::path& path) {
@@ -216,7 +226,8 @@ void add_simulate(CLI::App& program, Command& command) {
   verb->add_option("scene", o->scene, "Scene file: TOML, MJCF, URDF or OpenSim")->required();
   add_model_options(*verb, o->model);
   verb->add_option("-o,--out", o->output,
-                   "Trajectory to write: .h5 (complete), .csv, .glb (moving solids) or .html (a page)");
+                   "Trajectory to write: .h5 (complete), .csv, .glb (moving solids), .html (a page), .bvh (a "
+                   "skeleton) or .trc (the scene's markers)");
   verb->add_option("--method", o->method, "Integrator")->check(CLI::IsMember(integrator_names()));
   verb->add_option("--equations", o->equations,
                    "Equations of motion: recursive (along the tree) or lagrange (the paper's scan)")

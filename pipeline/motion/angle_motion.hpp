@@ -1,0 +1,41 @@
+// Joint angles of a table (.mot, .sto) on a scanned body: its own coordinates, or those of OpenSim's models.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "dynamics/inverse/recorded_motion.hpp"
+#include "error/error.hpp"
+#include "pipeline/body/foot_soles.hpp"
+#include "pipeline/motion/motion_table.hpp"
+#include "segmentation/vocabulary/landmarks.hpp"
+
+namespace borelli {
+
+struct AngleMotion {
+  RecordedPositions positions;  ///< of the body's system; z up
+  std::string root;             ///< the solid that carries the body; empty: none is free
+  /// Root's frame, m: the point whose path the table gives.
+  Eigen::Vector3d root_point = Eigen::Vector3d::Zero();
+  std::vector<std::string> warnings;
+};
+
+/// Positions of the body at the table's times. `body`: the system of a skeleton that starts in the scan's pose
+/// (build_skeleton).
+///   own      Columns of the body's coordinates, as `run` and `ik` write them (positions_in).
+///   OpenSim  Columns by data/coordinate_names.csv. OpenSim's models stand in the anatomical position at zero, with X
+///            forwards, Y up, Z to the right; so does this body (joint_axes.hpp). The ground's Y becomes the world's
+///            z. Pelvis coordinates place the middle of the two ASIS, OpenSim's pelvis origin; without these landmarks
+///            that of the hips. A joint without a column stays in the anatomical position, which is told.
+/// Errors: neither kind of column; a value that is not finite; as positions_in.
+Result<AngleMotion> angle_motion(const System& body, const Landmarks& landmarks, const MotionTable& table);
+
+/// Size of the recorded person over the body: the root point's height above the floor, z = 0, over its height above
+/// the body's lowest sole point at the same angles; the median over the times at which the lower foot is flat (within
+/// 2 cm), else over all. `soles`: m, the world of the body's start. 1 without soles or root.
+double size_by_height(const System& body, const AngleMotion& motion, const FootSoles& soles);
+
+/// The positions of a body `size` times as large whose root point has the same path.
+RecordedPositions at_size(const System& body, const AngleMotion& motion, double size);
+
+}  // namespace borelli
