@@ -51,7 +51,7 @@ Result<void> add_densities(const Command& command, const std::string& path, std:
   if (!table) return tl::unexpected(table.error());
   for (Mesh& mesh : meshes)
     for (const InertiaRow& row : table->rows)
-      if (row.name == mesh.name && row.volume > 0) mesh.density = row.inertial.mass / row.volume;
+      if (row.part == mesh.name && row.volume > 0) mesh.density = row.inertial.mass / row.volume;
   return {};
 }
 
