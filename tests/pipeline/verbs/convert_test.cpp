@@ -40,7 +40,7 @@ TEST(Convert, NamesLossesInWarningsAndInTheAnswer) {
   const std::string scene =
       folder.write("s.toml",
                    "[[solid]]\nname = \"arm\"\njoint = {rotation = \"y\", name = \"swing\", "
-                   "value = 0.5}\nmass = 1\ncentre = [0, 0, -1]\ninertia = [0.1, 0.1, 0.1]\n"
+                   "value = 0.5}\nmass = 1\ncentre = [0, 0, -1]\ntensor = [0.1, 0.1, 0.1, 0, 0, 0]\n"
                    "[[effort]]\nname = \"push\"\nkind = \"force\"\nat = {solid = \"arm\", "
                    "point = [0, 0, 0]}\nforce = [1, 0, 0]\n");
   const std::string file = folder / "s.urdf";
