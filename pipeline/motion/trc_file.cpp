@@ -8,7 +8,6 @@
 #include <set>
 
 #include "error/printable.hpp"
-#include "pipeline/files/whole_file.hpp"
 #include "pipeline/motion/length_unit.hpp"
 #include "pipeline/motion/text_rows.hpp"
 #include "process/input_file.hpp"
@@ -272,12 +271,6 @@ Result<std::string> trc_text(const TrcFile& trc, const std::string& name) {
     out += '\n';
   }
   return out;
-}
-
-Result<void> write_trc(const TrcFile& trc, const std::filesystem::path& path) {
-  const auto text = trc_text(trc, path.string());
-  if (!text) return tl::unexpected(text.error());
-  return write_bytes(path, *text);
 }
 
 }  // namespace borelli

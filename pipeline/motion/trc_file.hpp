@@ -39,11 +39,10 @@ struct TrcFile {
 Result<TrcFile> read_trc(const std::filesystem::path& path);
 Result<TrcFile> parse_trc(std::string_view text, const std::string& file);
 
-/// Writes to exactly this path, in `unit` and with 15 significant digits. Gaps are NaN, which OpenSim reads
-/// in every version. A data rate of zero is replaced by that of the mean time step. Errors: a motion whose
-/// times, frames and names do not match; names that are empty, doubled or hold tabs or line ends; not
-/// writable.
-Result<void> write_trc(const TrcFile& trc, const std::filesystem::path& path);
+/// The file's text, in `unit` and with 15 significant digits; `name` is the file's, for its header. Gaps are
+/// NaN, which OpenSim reads in every version. A data rate of zero is replaced by that of the mean time step.
+/// Errors: a motion whose times, frames and names do not match; names that are empty, doubled or hold tabs or
+/// line ends.
 Result<std::string> trc_text(const TrcFile& trc, const std::string& name);
 
 }  // namespace borelli

@@ -180,8 +180,9 @@ Result<void> write_walk(const std::string& stem, const Phantom& phantom, const C
   if (!system) return tl::unexpected(system.error());
   TrcFile trc;
   trc.motion = in_opensim_axes(walk->markers);
-  if (auto done = write_whole(stem + ".trc", [&](const fs::path& p) { return write_trc(trc, p); }); !done)
-    return done;
+  const auto text = trc_text(trc, stem + ".trc");
+  if (!text) return tl::unexpected(text.error());
+  if (auto done = write_whole(stem + ".trc", *text); !done) return done;
   for (const auto& [ending, table] : {std::pair{"_grf.mot", force_table_of(walk->loads)},
                                       std::pair{"_moments.sto", effort_table_of(*system, walk->efforts)}})
     if (auto done =

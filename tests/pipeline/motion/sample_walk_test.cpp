@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "pipeline/files/whole_file.hpp"
 #include "pipeline/motion/gait_angles.hpp"
 #include "pipeline/motion/motion_table_file.hpp"
 #include "pipeline/motion/recording.hpp"
@@ -113,7 +114,7 @@ TEST(SampleWalk, FilesReadBack) {
   ASSERT_GE(walk.markers.names.size(), 38u);
   TrcFile trc;
   trc.motion = in_opensim_axes(walk.markers);
-  ASSERT_TRUE(write_trc(trc, folder / "walk.trc"));
+  ASSERT_TRUE(write_whole(folder / "walk.trc", trc_text(trc, "walk.trc").value()));
   ASSERT_TRUE(write_motion_table(force_table_of(walk.loads), folder / "walk_grf.mot"));
   const Recording markers = need(read_recording(folder / "walk.trc"));
   ASSERT_EQ(markers.markers.names, walk.markers.names);
