@@ -99,8 +99,10 @@ TEST(AngleMotion, PelvisAndThighsTurnAsThoseOfOpenSimsModel) {
     EXPECT_NEAR(asis.z(), expected.z(), rounding);
     const double knee =
         walk.values(i, std::ranges::find(walk.columns, "knee_angle_r") - walk.columns.begin());
-    for (const CoordinateInfo& c : body().system.coordinates)
-      if (c.name == "knee_right") EXPECT_NEAR(ours.positions.q(i, c.q_index), -knee * degree, rounding);
+    for (const CoordinateInfo& c : body().system.coordinates) {
+      if (c.name != "knee_right") continue;
+      EXPECT_NEAR(ours.positions.q(i, c.q_index), -knee * degree, rounding);
+    }
   }
 }
 
