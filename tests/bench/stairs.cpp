@@ -1,9 +1,10 @@
-// Down a stair: our angles and moments beside the capture system's (stairs_case.hpp). Prints a table in Markdown and
-// draws the moments. stairs FOLDER OUT.svg
+// Down a stair: our angles and moments beside the capture system's (stairs_case.hpp). Prints a table in
+// Markdown and draws the moments. stairs FOLDER OUT
 #include <fmt/core.h>
 
 #include <fstream>
 #include <iostream>
+#include <limits>
 
 #include "pipeline/charts/plot.hpp"
 #include "tests/pipeline/motion/stairs_case.hpp"
@@ -30,19 +31,27 @@ void print_table(const StairsCase& placed, const StairsCase& calibrated) {
   }
 }
 
-void draw(const std::vector<StairsCurve>& curves, const std::string& title, const std::string& axis,
-          const std::string& file) {
+// The moments of the right and the left joint in one curve each for us and for them: one foot's step ends before
+// the other's begins.
+void draw(const std::vector<StairsCurve>& moments, const std::string& joint, const std::string& file) {
   borelli::Plot plot;
-  plot.title = title;
+  plot.title = "Down a stair: moments that extend the " + joint;
   plot.x.label = "time (s)";
-  plot.y.label = axis;
-  for (const StairsCurve& curve : curves) {
-    plot.curves.push_back({.name = curve.name + ", ours", .x = curve.times, .y = curve.ours});
-    plot.curves.push_back({.name = curve.name + ", Plug-in Gait", .x = curve.times, .y = curve.theirs});
+  plot.y.label = "moment (N m)";
+  borelli::Curve ours{.name = "ours"}, theirs{.name = "Plug-in Gait"};
+  for (const char* side : {" right", " left"}) {
+    const auto one = std::ranges::find(moments, joint + side, &StairsCurve::name);
+    for (auto [curve, values] : {std::pair{&ours, &one->ours}, std::pair{&theirs, &one->theirs}}) {
+      curve->x.insert(curve->x.end(), one->times.begin(), one->times.end());
+      curve->y.insert(curve->y.end(), values->begin(), values->end());
+      curve->x.push_back(one->times.back());
+      curve->y.push_back(std::numeric_limits<double>::quiet_NaN());  // breaks the line
+    }
   }
+  plot.curves = {ours, theirs};
   plot.notes = {
-      "While the file counts the ground force: the right foot's first step on a plate, the left one's "
-      "second."};
+      "Left half: the right leg, during the right foot's first step on a plate. Right half: the left leg, "
+      "during the left foot's second step. The file has no ground force for the other steps."};
   std::ofstream(file) << borelli::svg(plot);
 }
 
@@ -50,11 +59,14 @@ void draw(const std::vector<StairsCurve>& curves, const std::string& title, cons
 
 int main(int argc, char** argv) {
   if (argc != 3) {
-    std::cerr << "stairs FOLDER OUT.svg: FOLDER holds Movement_trial.c3d and Static_trial.c3d\n";
+    std::cerr
+        << "stairs FOLDER OUT: FOLDER holds Movement_trial.c3d and Static_trial.c3d, OUT gets the plots\n";
     return 2;
   }
   const std::string folder = std::string(argv[1]) + "/";
   const StairsCase placed(folder, false), calibrated(folder, true);
   print_table(placed, calibrated);
-  draw(calibrated.moments(), "Down a stair: moments that extend hips and knees", "moment (N m)", argv[2]);
+  const auto moments = calibrated.moments();
+  for (const char* joint : {"hip", "knee"})
+    draw(moments, joint, argv[2] + fmt::format("/stairs_{}.svg", joint));
 }
