@@ -106,10 +106,11 @@ Result<void> accelerate_lanes(const States& states, const GivenRows& efforts, py
 Result<void> accelerate_one_by_one(const States& states, const GivenRows& efforts, py::ssize_t first,
                                    py::ssize_t last, double* out) {
   const System& system = states.system;
+  Workspace w(system);
   for (py::ssize_t n = first; n < last; ++n) {
     const auto state = states.checked(n);
     if (!state) return tl::unexpected(state.error());
-    const auto found = evaluate(system, *state, efforts.data ? efforts.row(n) : Eigen::VectorXd());
+    const auto found = evaluate(system, *state, efforts.data ? efforts.row(n) : Eigen::VectorXd(), w);
     if (!found) return tl::unexpected(found.error());
     std::copy(found->acceleration.begin(), found->acceleration.end(), out + n * system.nv);
   }

@@ -59,6 +59,7 @@ std::string model_html(const ModelFile& model) {
 template <auto write>
 std::string foreign_text(const ModelFile& model) {
   WrittenModel written = value_or_throw(write(model.scene, {}));
+  for (std::string& omission : written.omissions) omission.insert(0, "lost or changed: ");
   warn(written.omissions);
   return std::move(written.text);
 }

@@ -1,6 +1,6 @@
-// Gaussian elimination of dense equations of which the first are symmetric and positive definite, in blocks of
-// eight rows and columns. For contact_solver.cpp: rows that hold a velocity are symmetric, sliding ones are not.
-// The functions are static, so that the compiler inlines their only calls.
+// Gaussian elimination of dense equations of which the first are symmetric and positive definite, in blocks
+// of eight rows and columns. For contact_solver.cpp: rows that hold a velocity are symmetric, sliding ones
+// are not. The functions are static, so that the compiler inlines their only calls.
 #pragma once
 
 #include <algorithm>

@@ -92,18 +92,13 @@ class EqualityWriter {
   MjcfDraft& draft_;
 };
 
-std::string kind_name(const Constraint& constraint) {
-  return std::visit([](const auto& kind) { return std::string(kind.kind); }, constraint.kind);
-}
-
 }  // namespace
 
 void add_mjcf_constraints(MjcfDraft& draft) {
   EqualityWriter equalities(draft);
   for (const Constraint* constraint : draft.plain.constraints)
     if (!add_mjcf_contact(draft, *constraint) && !equalities.add(*constraint))
-      draft.lost.add("constraints that are not written",
-                     fmt::format("{} ({})", constraint->name, kind_name(*constraint)));
+      draft.lost.add("constraints are not written", named_with_kind(*constraint));
 }
 
 }  // namespace borelli

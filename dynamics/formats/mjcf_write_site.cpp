@@ -50,11 +50,7 @@ void add_mjcf_sites(MjcfDraft& draft) {
   SiteWriter sites(draft);
   for (const Marker& marker : draft.plain.scene.markers) sites.add(marker.at, marker.name);
   for (const Effort* effort : draft.plain.efforts)
-    if (!sites.add_spring(*effort))
-      draft.lost.add(
-          "efforts that are not written",
-          fmt::format("{} ({})", effort->name,
-                      std::visit([](const auto& kind) { return std::string(kind.kind); }, effort->kind)));
+    if (!sites.add_spring(*effort)) draft.lost.add("efforts are not written", named_with_kind(*effort));
 }
 
 }  // namespace borelli

@@ -6,7 +6,10 @@
 #include <algorithm>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
+
+#include "dynamics/scene/settings.hpp"
 
 namespace borelli {
 
@@ -32,5 +35,20 @@ class Omissions {
  private:
   std::vector<std::pair<std::string, std::vector<std::string>>> lists_;  // reasons with their names
 };
+
+/// An effort or constraint by name and kind: "spring (point_spring)".
+std::string named_with_kind(const auto& part) {
+  return fmt::format("{} ({})", part.name,
+                     std::visit([](const auto& kind) { return std::string(kind.kind); }, part.kind));
+}
+
+/// Adds that no model file holds settings of a run, if they differ from the defaults.
+inline void list_run_settings(const SimulationSettings& settings, Omissions& lost) {
+  const SimulationSettings usual;
+  if (settings.method != usual.method || settings.tolerance != usual.tolerance ||
+      settings.accuracy != usual.accuracy || settings.end_time != usual.end_time ||
+      settings.output_interval != usual.output_interval)
+    lost.add("the run's method, accuracy, length and output interval are not written");
+}
 
 }  // namespace borelli

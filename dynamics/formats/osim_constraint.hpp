@@ -13,7 +13,8 @@ namespace borelli {
 /// Adds to the scene, whose solids are complete: CoordinateCouplerConstraint (of one coordinate: the
 /// dependent one becomes Coupled; a linear one of several: CoordinateCoupling), PointConstraint,
 /// WeldConstraint, ConstantDistanceConstraint, PointOnLineConstraint; and the forces of osim_force.hpp.
-/// Others, and those that are switched off, are left unread (so that they are listed). Throws XmlRefusal: names that are not there, and couplings by functions of several coordinates.
+/// Others, and those that are switched off, are left unread (so that they are listed). Throws XmlRefusal:
+/// names that are not there, and couplings by functions of several coordinates.
 void read_osim_constraints(const XmlElement& model, const OsimFrames& frames, Scene& scene);
 
 /// Whether a constraint or force of the file acts: isEnforced, appliesForce, and isDisabled of OpenSim 3.

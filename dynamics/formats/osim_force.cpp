@@ -97,8 +97,6 @@ bool never_pushes(const TimeFunction& f) {
   return c && std::all_of(c->coefficients.begin(), c->coefficients.end(), [](double x) { return x == 0; });
 }
 
-bool stays_put(const TimeFunction& f) { return is_line(f) && at(f, 0).rate == 0; }
-
 }  // namespace
 
 void OsimForceReader::read(const XmlElement& e) {
@@ -136,7 +134,7 @@ void OsimForceReader::read_prescribed(const XmlElement& e) {
   const auto forces = prescribed_functions(e, "forceFunctions"),
              torques = prescribed_functions(e, "torqueFunctions"),
              points = prescribed_functions(e, "pointFunctions");
-  const bool moves = !std::all_of(points.begin(), points.end(), stays_put);
+  const bool moves = !std::all_of(points.begin(), points.end(), is_constant);
   if (osim_flag(e, "pointIsGlobal", false) || moves) return;  // such a point moves in the body
   const Axes axes = osim_flag(e, "forceIsGlobal", true) ? Axes::world : Axes::solid;
   const OsimFrame frame = frames_.named_by(e, {"socket_frame", "body"});

@@ -132,4 +132,6 @@ bool is_line(const TimeFunction& function) {
                      [](double x) { return x == 0; });
 }
 
+bool is_constant(const TimeFunction& function) { return is_line(function) && at(function, 0).rate == 0; }
+
 }  // namespace borelli

@@ -9,10 +9,10 @@ namespace borelli {
 /// The function that an element holds: its child of a function's name, or that of its <function>. Null: none.
 const XmlElement* osim_function_in(const XmlElement& holder);
 
-/// Reads Constant, LinearFunction, PolynomialFunction (highest power first), Sine, SimmSpline, cubic GCVSpline
-/// without smoothing, PiecewiseLinearFunction on one line, and MultiplierFunction of these. NaturalCubicSpline and
-/// natCubicSpline are older names of SimmSpline: OpenSim renames them (RegisterTypes_osimCommon.cpp). Throws
-/// XmlRefusal; other functions are refused by name.
+/// Reads Constant, LinearFunction, PolynomialFunction (highest power first), Sine, SimmSpline, cubic
+/// GCVSpline without smoothing, PiecewiseLinearFunction on one line, and MultiplierFunction of these.
+/// NaturalCubicSpline and natCubicSpline are older names of SimmSpline: OpenSim renames them
+/// (RegisterTypes_osimCommon.cpp). Throws XmlRefusal; other functions are refused by name.
 TimeFunction read_osim_function(const XmlElement& function);
 
 /// `factor` times a function.
@@ -20,5 +20,7 @@ TimeFunction scaled_function(TimeFunction function, double factor);
 
 /// Whether a function is c0 + c1 x.
 bool is_line(const TimeFunction& function);
+/// Whether a function is the same everywhere.
+bool is_constant(const TimeFunction& function);
 
 }  // namespace borelli

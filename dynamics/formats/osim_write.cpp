@@ -43,12 +43,12 @@ class OsimWriter {
     write_osim_constraints(scene_, names_, constraints, lost_);
     write_osim_contact_shapes(scene_, names_, shapes);
     names_.tell_renamed(lost_);
-    list_settings();
+    list_run_settings(scene_.simulation, lost_);
     model.children.remove_if([](const XmlNode& set) {  // without objects
       return set.name.ends_with("Set") && set.children.front().children.empty();
     });
     XmlNode lost{"Model"};
-    for (const std::string& sentence : lost_.sentences()) lost.comment("Not in this file: " + sentence);
+    for (const std::string& sentence : lost_.sentences()) lost.comment("Lost or changed: " + sentence);
     model.children.splice(model.children.begin(), lost.children);
     return WrittenModel{xml_text(root), lost_.sentences()};
   }
@@ -182,14 +182,6 @@ class OsimWriter {
     node.add("socket_parent_frame", names_.path(marker.at.solid));
     node.add("location", osim_vector_text(names_.point(marker.at)));
     node.add("fixed", "false");
-  }
-
-  // OpenSim's tools have their own settings of integrators.
-  void list_settings() {
-    const SimulationSettings usual, &own = scene_.simulation;
-    if (own.method != usual.method || own.tolerance != usual.tolerance || own.accuracy > 0 ||
-        own.end_time != usual.end_time || own.output_interval != usual.output_interval)
-      lost_.add("the run's method, accuracy, length and output interval are not written");
   }
 
   const Scene& scene_;

@@ -20,11 +20,15 @@ std::string minus_text(const std::string& variable, double bound) {
   return variable + (bound < 0 ? "+" : "-") + exact_text(std::abs(bound));
 }
 
-bool constant_in_time(const TimeFunction& f) { return is_line(f) && at(f, 0).rate == 0; }
-
 class OsimForceWriter {
  public:
-  OsimForceWriter(const OsimNames& names, XmlNode& objects) : names_(names), objects_(objects) {}
+  OsimForceWriter(const Scene& scene, const OsimNames& names, XmlNode& objects)
+      : names_(names), objects_(objects) {
+    for (const Solid& solid : scene.solids)
+      for (std::size_t i = 0; i < solid.switches.size(); ++i)
+        if (solid.switches[i].ranges.size() == 1)
+          ranges_[coordinate_name(solid, i)] = solid.switches[i].ranges[0];
+  }
 
   /// What is lost; empty: nothing.
   std::string write(const std::string& name, const EffortKind& kind) {
@@ -73,7 +77,7 @@ class OsimForceWriter {
 
   std::string add(const PdController& controller) {
     if (!names_.is_scalar(controller.on.coordinate)) return "controllers of balls are not written";
-    if (!constant_in_time(controller.target[0])) return "controllers with moving targets are not written";
+    if (!is_constant(controller.target[0])) return "controllers with moving targets are not written";
     return add(CoordinateSpring{
         {controller.on.coordinate}, controller.kp, controller.kd, at(controller.target[0], 0).value});
   }
@@ -139,9 +143,7 @@ class OsimForceWriter {
   XmlNode& objects_;
   std::string name_;
   std::set<std::string> taken_;
-
- public:
-  std::map<std::string, Range> ranges_;  ///< of scalar coordinates
+  std::map<std::string, Range> ranges_;  // of scalar coordinates
 };
 
 class OsimConstraintWriter {
@@ -184,7 +186,7 @@ class OsimConstraintWriter {
   }
 
   std::string add(const Distance& rod) {
-    if (!constant_in_time(rod.distance)) return "rods whose length changes with time are not written";
+    if (!is_constant(rod.distance)) return "rods whose length changes with time are not written";
     two_points("ConstantDistanceConstraint", rod.a, rod.b)
         .add("constant_distance", exact_text(at(rod.distance, 0).value));
     return "";
@@ -224,7 +226,7 @@ class OsimConstraintWriter {
 
   // The first coordinate is a linear function of the others.
   std::string add(const CoordinateCoupling& gear) {
-    if (!constant_in_time(gear.value)) return "couplings whose value changes with time are not written";
+    if (!is_constant(gear.value)) return "couplings whose value changes with time are not written";
     if (gear.coordinates.size() < 2 || gear.ratios[0] == 0)
       return "couplings of one coordinate are not written";
     XmlNode& node = object("CoordinateCouplerConstraint");
@@ -312,11 +314,7 @@ XmlNode& write_osim_frame(XmlNode& holder, const std::string& name, const std::s
 }
 
 void write_osim_forces(const Scene& scene, const OsimNames& names, XmlNode& objects, Omissions& lost) {
-  OsimForceWriter writer(names, objects);
-  for (const Solid& solid : scene.solids)
-    for (std::size_t i = 0; i < solid.switches.size(); ++i)
-      if (solid.switches[i].ranges.size() == 1)
-        writer.ranges_[coordinate_name(solid, i)] = solid.switches[i].ranges[0];
+  OsimForceWriter writer(scene, names, objects);
   for (const Effort& effort : scene.efforts) {
     const std::string why = writer.write(effort.name, effort.kind);
     if (!why.empty()) lost.add(why, effort.name);

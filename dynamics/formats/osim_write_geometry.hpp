@@ -11,8 +11,9 @@
 namespace borelli {
 
 /// Adds what shows a solid (or the world: null) to its <Body> or <Ground>: its shapes, and the meshes and
-/// frames of `extras` that name it. A shape away from the body's origin gets a frame of its own. A capsule becomes a
-/// cylinder and two spheres. Names in `lost` the solids with shapes made of triangles, which need a file.
+/// frames of `extras` that name it. A shape away from the body's origin gets a frame of its own. A capsule
+/// becomes a cylinder and two spheres. Names in `lost` the solids with shapes made of triangles, which need a
+/// file.
 void write_osim_geometry(const std::string& name, const Solid* solid, const ModelExtras& extras,
                          const OsimNames& names, XmlNode& body, Omissions& lost);
 

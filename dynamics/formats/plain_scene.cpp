@@ -338,14 +338,6 @@ void list_renamed(const PlainSolid& solid, const std::string& free_joint, Omissi
   }
 }
 
-void list_run_settings(const SimulationSettings& settings, Omissions& lost) {
-  const SimulationSettings usual;
-  if (settings.method != usual.method || settings.tolerance != usual.tolerance ||
-      settings.accuracy != usual.accuracy || settings.end_time != usual.end_time ||
-      settings.output_interval != usual.output_interval)
-    lost.add("the run's method, accuracy, length and output interval are not written");
-}
-
 Result<std::unique_ptr<PlainScene>> plain_scene(const Scene& scene, int coupling_degree, Omissions& lost) {
   return PlainMaker(scene, coupling_degree, lost).make();
 }

@@ -53,19 +53,17 @@ struct PlainScene {
   const PlainJoint* joint(const std::string& coordinate) const;
 };
 
-/// The coefficients of a polynomial of at most this degree, `degree` + 1 of them; none: another function.
+/// The `degree` + 1 coefficients of f, the constant one first. Empty if f is no polynomial, or one of higher
+/// degree.
 std::optional<std::vector<double>> polynomial(const TimeFunction& f, int degree);
 
-/// The name of the free joint that a solid's joints make: three slides along x, y and z and a ball in one place,
-/// without springs and ranges. It is NAME of coordinates NAME.x or NAME_x, else the solid's. Empty: they make
-/// none.
+/// The name of the free joint that a solid's joints make: three slides along x, y and z and a ball in one
+/// place, without springs and ranges. It is NAME of coordinates NAME.x or NAME_x, else the solid's. Empty:
+/// they make none.
 std::string free_joint_name(const PlainSolid& solid);
 
 /// Says where the coordinates of a free joint get other names than they have: NAME.x, .y, .z and .turn.
 void list_renamed(const PlainSolid& solid, const std::string& free_joint, Omissions& lost);
-
-/// Names settings of a run that differ from the defaults: no model file holds them.
-void list_run_settings(const SimulationSettings& settings, Omissions& lost);
 
 /// Reduces a scene. Locked and driven coordinates, screws and guided motions become fixed at their start, and
 /// so do coordinates coupled by other functions than polynomials of `coupling_degree`; each is named in

@@ -36,11 +36,6 @@ void add_origin(XmlNode& node, const Pose& X) {
   if (!X.R.isIdentity(0)) origin.set("rpy", roll_pitch_yaw(X.R));
 }
 
-std::string named_with_kind(const auto& part) {
-  return fmt::format("{} ({})", part.name,
-                     std::visit([](const auto& kind) { return std::string(kind.kind); }, part.kind));
-}
-
 class UrdfWriter {
  public:
   UrdfWriter(const PlainScene& plain, const ModelExtras& extras, Omissions& lost)

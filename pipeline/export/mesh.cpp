@@ -63,8 +63,8 @@ struct AnyLabel {
   bool operator()(std::uint8_t voxel) const { return voxel != 0; }
 };
 
-/// The share of each block of voxels that is inside, in a box with an empty layer around, so that the surface also
-/// closes at the grid's border.
+/// The share of each block of voxels that is inside, in a box with an empty layer around, so that the surface
+/// also closes at the grid's border.
 struct Shares {
   std::vector<unsigned char> voxels;  ///< 0 to 255
   std::array<int, 3> size{};          ///< of the image, voxels

@@ -23,16 +23,17 @@ struct AngleMotion {
 /// Positions of the body at the table's times. `body`: the system of a skeleton that starts in the scan's pose
 /// (build_skeleton).
 ///   own      Columns of the body's coordinates, as `run` and `ik` write them (positions_in).
-///   OpenSim  Columns by data/coordinate_names.csv. OpenSim's models stand in the anatomical position at zero, with X
-///            forwards, Y up, Z to the right; so does this body (joint_axes.hpp). The ground's Y becomes the world's
-///            z. Pelvis coordinates place the middle of the two ASIS, OpenSim's pelvis origin; without these landmarks
-///            that of the hips. A joint without a column stays in the anatomical position, which is told.
+///   OpenSim  Columns by data/coordinate_names.csv. At zero, OpenSim's models and this body stand in the
+///            anatomical position, with X forwards, Y up, Z to the right (joint_axes.hpp). The ground's Y
+///            becomes the world's z. Pelvis coordinates place OpenSim's pelvis origin, the middle of the two
+///            ASIS; a body without these landmarks uses the middle of its hips. A joint without a column
+///            stays in the anatomical position, with a warning.
 /// Errors: neither kind of column; a value that is not finite; as positions_in.
 Result<AngleMotion> angle_motion(const System& body, const Landmarks& landmarks, const MotionTable& table);
 
-/// Size of the recorded person over the body: the root point's height above the floor, z = 0, over its height above
-/// the body's lowest sole point at the same angles; the median over the times at which the lower foot is flat (within
-/// 2 cm), else over all. `soles`: m, the world of the body's start. 1 without soles or root.
+/// Size of the recorded person over the body: the root point's height above the floor, z = 0, over its height
+/// above the body's lowest sole point at the same angles; the median over the times at which the lower foot
+/// is flat (within 2 cm), else over all. `soles`: m, the world of the body's start. 1 without soles or root.
 double size_by_height(const System& body, const AngleMotion& motion, const FootSoles& soles);
 
 /// The positions of a body `size` times as large whose root point has the same path.

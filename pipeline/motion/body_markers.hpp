@@ -27,11 +27,11 @@ struct BodyMarkers {
   std::vector<std::string> unknown;  ///< names without a known place, or on a segment that the body lacks
 };
 
-/// Finds markers by the names of common sets: data/marker_names.csv, for joints data/joint_names.csv. Only letters
-/// and digits are compared, small and capital alike; a subject's name before a colon is left out. `own` maps
-/// markers to landmarks or parts ("RTHI1 = thigh_right") and takes precedence. `segments`: those of the body. If
-/// a marker's landmark is missing, the marker is somewhere on the segment. Bones that Plug-in Gait stores among the
-/// markers, four points each ("LFEO", "LFEA", "LFEL", "LFEP"), are left out.
+/// Finds markers by the names of common sets: data/marker_names.csv, for joints data/joint_names.csv. Only
+/// letters and digits are compared, small and capital alike; a subject's name before a colon is left out.
+/// `own` maps markers to landmarks or parts ("RTHI1 = thigh_right") and takes precedence. `segments`: those
+/// of the body. If a marker's landmark is missing, the marker is somewhere on the segment. Bones that Plug-in
+/// Gait stores among the markers, four points each ("LFEO", "LFEA", "LFEL", "LFEP"), are left out.
 BodyMarkers body_markers(const std::vector<std::string>& names, const Landmarks& landmarks,
                          const std::vector<std::string>& segments, PointKind kind,
                          const JointMapping& own = {});

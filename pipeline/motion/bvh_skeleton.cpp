@@ -96,12 +96,10 @@ Vector3d zxy_angles(const Matrix3d& R, const Vector3d& before) {
 
 /// A solid's gravity centre in its frame; its origin if it has no mass.
 Vector3d gravity_centre_of(const Solid& solid) {
-  const auto inertials = inertials_of(solid);
-  if (!inertials) return Vector3d::Zero();
-  double mass = 0;
-  Vector3d moment = Vector3d::Zero();
-  for (const Inertial& one : *inertials) mass += one.mass, moment += one.mass * one.centre;
-  return mass > 0 ? Vector3d(moment / mass) : Vector3d(Vector3d::Zero());
+  Inertial sum;
+  if (const auto inertials = inertials_of(solid))
+    for (const Inertial& one : *inertials) sum += one;
+  return sum.centre;
 }
 
 /// The joints of a skeleton and how they lie in their parents over time.

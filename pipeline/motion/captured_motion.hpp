@@ -21,8 +21,8 @@
 
 namespace borelli {
 
-/// A scanned body. `scene` is that of build_skeleton without a leap: it starts in the scan's pose, and its world
-/// has the patient's axes, in metres.
+/// A scanned body. `scene` is that of build_skeleton without a leap: it starts in the scan's pose, and its
+/// world has the patient's axes, in metres.
 struct BodyModel {
   Scene scene;
   FootSoles soles;  ///< only needed for another person's motion
@@ -54,7 +54,7 @@ struct CapturedMotionRequest {
 
 /// A body's motion with everything that it was computed from. World axes, z up.
 struct CapturedMotion {
-  Scene scene;              ///< the body with the markers at their places; starts in the first pose
+  Scene scene;              ///< the body with its markers; starts in the first recorded pose
   MarkerMotion markers;     ///< as recorded; of another person: as this body would show them
   MarkerMotion trial;       ///< one frame in which the markers were placed
   bool standing = false;    ///< whether it shows the person standing
@@ -81,9 +81,9 @@ Result<CapturedMotion> captured_motion(const BodyModel& body, const BodyMarkers&
                                        const CapturedRecording& recording,
                                        const CapturedMotionRequest& request);
 
-/// The same from joint angles (angle_motion.hpp), without markers and their fit. Of another person the size is not
-/// known: it is that of a body at whose feet the floor is (size_by_height). Errors: angle_motion's; a size
-/// that is not between 0.4 and 2.5; those of steps 4 and 5.
+/// The same from joint angles (angle_motion.hpp), without markers and their fit. Of another person the size
+/// is not known: it is that of a body at whose feet the floor is (size_by_height). Errors: angle_motion's; a
+/// size that is not between 0.4 and 2.5; those of steps 4 and 5.
 Result<CapturedMotion> captured_angles(const BodyModel& body, const Landmarks& landmarks,
                                        const CapturedAngles& recording, const CapturedMotionRequest& request);
 

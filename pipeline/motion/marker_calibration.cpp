@@ -32,8 +32,8 @@ MarkerMotion thinned(const MarkerMotion& motion) {
   return out;
 }
 
-/// Anderson's acceleration of a fixed-point iteration x = g(x): the combination of the last results whose changes
-/// g - x cancel best (Walker and Ni (2011) SIAM J Numer Anal 49:1715).
+/// Anderson's acceleration of a fixed-point iteration x = g(x): the combination of the last results whose
+/// changes g - x cancel best (Walker and Ni (2011) SIAM J Numer Anal 49:1715).
 class Acceleration {
  public:
   VectorXd next(const VectorXd& x, const VectorXd& g) {
@@ -110,11 +110,11 @@ Result<CalibratedMarkers> calibrated_markers(const Scene& scene, const MarkerMot
   Scene tried = scene;
   double least = std::numeric_limits<double>::infinity();
   VectorXd means;  // of the best places so far
-  for (;; ++out.rounds) {
+  for (int round = 0;; ++round) {
     const auto fit = fit_placed(tried, used);
     if (!fit) return tl::unexpected(fit.error());
     const double rms = fit->rms();
-    if (out.rounds == 0) out.rms_before = rms;
+    if (round == 0) out.rms_before = rms;
     const bool better = rms < least;
     if (better) {
       least = out.rms_after = rms;
@@ -122,7 +122,7 @@ Result<CalibratedMarkers> calibrated_markers(const Scene& scene, const MarkerMot
       means = mean_places(tried, *system, used, *fit);
       if ((means - places_of(tried)).cwiseAbs().maxCoeff() < still) return out;
     }
-    if (out.rounds == most_rounds) return out;
+    if (round == most_rounds) return out;
     // the plain step never raises the error; an accelerated one may
     if (!better) acceleration.forget();
     place(tried, better ? acceleration.next(places_of(tried), means) : means);

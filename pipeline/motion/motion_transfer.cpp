@@ -82,13 +82,13 @@ Result<double> mass_by_forces(const System& system, const RecordedPositions& pos
   return masses[masses.size() * 3 / 4];
 }
 
-/// A foot, its size in the sized model over the body's, and the floors under it.
+/// A foot of the body, how many times larger the recorded person's foot is, and the floors under it.
 struct FootPlace {
   std::string name;
   double factor = 1;
   const PlantedFeet& planted;
 
-  /// m, of the body's world, at a time within the motion
+  /// Height of the floor under the foot at time t (s, within the motion), in the body's world, m.
   double floor(double t) const {
     const auto found = planted.floors.find(name);
     if (found == planted.floors.end()) return 0;

@@ -90,8 +90,8 @@ void for_each_run(const std::vector<char>& flags, const Visit& visit) {
   }
 }
 
-/// Levels and steps of all points. The lowest floor is that of the lower foot, for each point by itself: the toes of
-/// a rigid foot sink when the heel rises. `loaded`: by point and time.
+/// Levels and steps of all points. The lowest floor is that of the lower foot, for each point by itself: the
+/// toes of a rigid foot sink when the heel rises. `loaded`: by point and time.
 void find_levels(std::vector<SolePoint>& points, const std::vector<std::vector<char>>& loaded) {
   std::map<std::size_t, double> floors;  // by the point's number
   for (std::size_t k = 0; k < points.size(); ++k) {
@@ -113,8 +113,8 @@ void find_levels(std::vector<SolePoint>& points, const std::vector<std::vector<c
     for (const double level : point.levels) point.steps.push_back(step_of(level - floors.at(point.number)));
 }
 
-/// How far the floor under a foot is above the lowest one, m: the least of its points' steps, since a load may begin
-/// or end with the heel up.
+/// How far the floor under a foot is above the lowest one, m: the least of its points' steps, since a load
+/// may begin or end with the heel up.
 double step_under(int foot, const std::vector<SolePoint>& points, std::size_t i) {
   double least = std::numeric_limits<double>::infinity();
   for (const SolePoint& point : points)

@@ -18,9 +18,9 @@ bool holds_angles(const CapturedSettings& settings);
 std::vector<std::string> captured_outputs(const CapturedSettings& settings);
 
 /// Fits the recording to the body (captured_motion.hpp) and writes its trajectory, angles, moments with their
-/// deviations, powers and skeleton below motion/, and model/captured.toml, the body with the markers. From markers
-/// also their paths and errors. Errors:
-/// those of reading and fitting; a label map whose body has no landmarks.
+/// deviations, powers and skeleton below motion/, and model/captured.toml, the body with the markers. From
+/// markers also their paths and errors. Errors: those of reading and fitting; a label map whose body has no
+/// landmarks.
 Result<nlohmann::json> capture_motion(RunData& data, const StageProgress& progress);
 
 }  // namespace borelli

@@ -42,7 +42,7 @@ Result<json> work(const ScaleOptions& o, const Command& command) {
     const auto written = write_model(fit->scene, o.out);
     if (!written) return tl::unexpected(written.error());
     if (auto wrote = write_whole(o.out, written->text); !wrote) return tl::unexpected(wrote.error());
-    for (const std::string& omission : written->omissions) command.warn("not in the file: " + omission);
+    for (const std::string& omission : written->omissions) command.warn("lost or changed: " + omission);
     omissions = written->omissions;
   }
   json factors = json::object();

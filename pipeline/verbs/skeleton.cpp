@@ -73,7 +73,7 @@ Result<nlohmann::json> work(const SkeletonAsked& asked, const Command& command) 
   if (auto done = write_whole(asked.out, model->text); !done) return tl::unexpected(done.error());
   warnings.insert(warnings.end(), skeleton->warnings.begin(), skeleton->warnings.end());
   command.warn(in_sentences(warnings));
-  for (const std::string& omission : model->omissions) command.warn("not in the file: " + omission);
+  for (const std::string& omission : model->omissions) command.warn("lost or changed: " + omission);
   if (!command.json) fmt::print("{}: {} solids\n", asked.out, skeleton->scene.solids.size());
   return nlohmann::json{
       {"scene", asked.out}, {"solids", skeleton->scene.solids.size()}, {"omissions", model->omissions}};

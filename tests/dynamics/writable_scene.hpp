@@ -5,15 +5,15 @@
 
 namespace borelli::test {
 
-/// The orientation of a ball where MuJoCo's quaternion is the identity (its spring's rest, else its start), and the
-/// rotation from the ball's frame to the solid's, whose axes MuJoCo uses.
+/// The orientation of a ball where MuJoCo's quaternion is the identity (its spring's rest, else its start),
+/// and the rotation from the ball's frame to the solid's, whose axes MuJoCo uses.
 struct BallFrame {
   Quaternion zero, after;
 };
 using BallFrames = std::map<std::string, BallFrame>;  ///< by coordinate
 
-/// A state in MuJoCo's terms: each ball's quaternion counted from its zero, in the axes of its solid. `axes`: the
-/// map from velocities of the scene to those.
+/// A state in MuJoCo's terms: each ball's quaternion counted from its zero, in the axes of its solid. `axes`:
+/// the map from velocities of the scene to those.
 struct InSolidAxes {
   Eigen::VectorXd q, v;
   Eigen::MatrixXd axes;

@@ -236,10 +236,10 @@ TEST(MjcfWrite, NamesEffortsConstraintsAndRanges) {
   });
   for (const char* name : {"push (force)", "twist (torque)", "air (drag)", "swirl (angular_drag)",
                            "across (torsion_spring)", "follow (pd_controller)"})
-    expect_named(written, "efforts that are not written", name);
+    expect_named(written, "efforts are not written", name);
   expect_named(written, "springs at limits", "soft stop");
-  expect_named(written, "constraints that are not written", "rod (distance)");
-  expect_named(written, "constraints that are not written", "one-sided (limit)");
+  expect_named(written, "constraints are not written", "rod (distance)");
+  expect_named(written, "constraints are not written", "one-sided (limit)");
   expect_named(written, "stops are ranges", "stop");
   expect_named(written, "ranges of balls", "turn");
   EXPECT_NE(written.text.find("Lost or changed: ranges of balls"), std::string::npos);
@@ -249,7 +249,7 @@ TEST(MjcfWrite, NamesEffortsConstraintsAndRanges) {
 TEST(MjcfWrite, KeepsStartsThatPushAgainstTheirLimits) {
   Scene scene = chain(1, false, 0.2);
   scene.efforts = {{"stop", LimitSpring{{"h0"}, 100, 0, {{0.5, 1}}}}};
-  expect_named(need(write_mjcf(scene)), "efforts that are not written", "stop (limit_spring)");
+  expect_named(need(write_mjcf(scene)), "efforts are not written", "stop (limit_spring)");
   scene.solids[0].switches[0].ranges = {{-1, 2}};
   expect_named(need(write_mjcf(scene)), "springs at limits", "stop");
   const Switch back = read_back(scene).scene.solids.at(0).switches.back();
@@ -289,7 +289,8 @@ TEST(MjcfWrite, KeepsLoopsAndSaysThatTheyAreSoft) {
     State other{.t = 0, .q = Eigen::VectorXd(after.nq), .v = Eigen::VectorXd(after.nv)};
     other.q(at.q) = state.q, other.v(at.v) = state.v;
     const Evaluation a = need(evaluate(before, state)), b = need(evaluate(after, other));
-    // rows may be scaled (a coupling by its first ratio) and swap their ends, so their accelerations are compared
+    // rows may be scaled (a coupling by its first ratio) and swap their ends, so their accelerations are
+    // compared
     EXPECT_LT((b.acceleration(at.v) - a.acceleration).norm(), 1e-10 * a.acceleration.norm()) << trial;
   }
 }

@@ -110,7 +110,8 @@ void set_start(Scene& scene, Random& random) {
     }
 }
 
-/// What OpenSim holds: locked balls instead of driven ones, no torsion springs, springs within a solid, reactions in turned axes.
+/// What OpenSim holds: locked balls instead of driven ones, no torsion springs, springs within a solid,
+/// reactions in turned axes.
 void leave_out_what_is_lost(Scene& scene) {
   for (Solid& solid : scene.solids)
     for (Switch& one : solid.switches)

@@ -24,8 +24,8 @@ Scene read_back(const std::string& text) {
   return need(read_model(folder.write("written.urdf", text))).scene;
 }
 
-/// A ball as three hinges in turn, R = R_x(a) R_y(b) R_z(c), at angles and rates: its quaternion, the map J from
-/// rates to its angular velocity in its own axes, and the rate of that map times the rates.
+/// A ball as three hinges in turn, R = R_x(a) R_y(b) R_z(c), at angles and rates: its quaternion, the map J
+/// from rates to its angular velocity in its own axes, and the rate of that map times the rates.
 ///
 /// w = R_z^T R_y^T x a' + R_z^T y b' + z c'. With u' = 0, the rate of R_z^T u is -c' z x R_z^T u.
 struct ThreeHinges {

@@ -1,5 +1,5 @@
-// Joint angles of tables on the phantom: its own against themselves, OpenSim's against the bodies of an OpenSim model
-// and against rotations written out.
+// Joint angles of tables on the phantom: its own against themselves, OpenSim's against the bodies of an
+// OpenSim model and against rotations written out.
 #include "pipeline/motion/angle_motion.hpp"
 
 #include <gtest/gtest.h>
@@ -68,8 +68,9 @@ MotionTable table_of_row(const std::vector<std::pair<std::string, double>>& valu
 /// OpenSim's ground, whose y is up, in the world.
 Matrix3d upright() { return AngleAxisd(90 * degree, Vector3d::UnitX()).toRotationMatrix(); }
 
-// The walk that OpenSim itself computed, on OpenSim's own model (tested against OpenSim by gait10dof_test) and on the
-// phantom: pelvis and thighs have the same axes. Knees are hinges about other lines, but bend by the same angle.
+// The walk that OpenSim itself computed, on OpenSim's own model (tested against OpenSim by gait10dof_test)
+// and on the phantom: pelvis and thighs have the same axes. Knees are hinges about other lines, but bend by
+// the same angle.
 TEST(AngleMotion, PelvisAndThighsTurnAsThoseOfOpenSimsModel) {
   const std::string folder = shared_folder() + "/motion/gait10dof/";
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no " << folder;
@@ -106,7 +107,8 @@ TEST(AngleMotion, PelvisAndThighsTurnAsThoseOfOpenSimsModel) {
   }
 }
 
-// OpenSim's joints turn about z, x, y in this order; on the left x and y are turned round (see the table's source).
+// OpenSim's joints turn about z, x, y in this order; on the left x and y are turned round (see the table's
+// source).
 TEST(AngleMotion, JointsTurnInOpenSimsOrderAndSigns) {
   const auto about = [](double deg, const Vector3d& axis) -> Matrix3d {
     return AngleAxisd(deg * degree, axis).toRotationMatrix();
@@ -170,8 +172,8 @@ TEST(AngleMotion, RefusesTablesOfOtherThingsAndGaps) {
   EXPECT_NE(gap.error().message().find("'hip_flexion_r'"), std::string::npos);
 }
 
-/// The largest difference of joint moments, where no foot carries a load of less than 25 N: plates begin to count at
-/// 20 N.
+/// The largest difference of joint moments, where no foot carries a load of less than 25 N: plates begin to
+/// count at 20 N.
 double largest_difference(const CapturedMotion& motion, const SampleWalk& walk) {
   double largest = 0;
   for (Eigen::Index i = 0; i < motion.efforts.efforts.rows(); ++i) {

@@ -1,5 +1,6 @@
-// Skeletons written as BVH against the poses that they show, read back by a reader of its own: a loop over the words
-// of the text with 4 by 4 matrices (the published definition), and by the library's, which is tested against NumPy.
+// Skeletons written as BVH against the poses that they show, read back by a reader of its own: a loop over
+// the words of the text with 4 by 4 matrices (the published definition), and by the library's, which is
+// tested against NumPy.
 #include "pipeline/motion/bvh_skeleton.hpp"
 
 #include <gtest/gtest.h>
@@ -114,8 +115,8 @@ RecordedPositions rows_of(const System& system, const std::vector<double>& times
   return out;
 }
 
-// With z up, BVH's y is the world's z, and its z the world's -y. So a slide of 0.3 m along y is -30 cm along z, and
-// a turn about x stays one.
+// With z up, BVH's y is the world's z, and its z the world's -y. So a slide of 0.3 m along y is -30 cm along
+// z, and a turn about x stays one.
 TEST(BvhSkeleton, CartAndRodAreAsWorkedOutByHand) {
   const Scene scene = cart();
   const System system = need(compile(scene));

@@ -1,13 +1,15 @@
-// Down a stair over four force plates (Movement_trial.c3d and Static_trial.c3d, public sample data of pyCGM), on the
-// phantom made as large as the person: flexion of hips and knees and their moments beside those that the capture
-// system (Vicon Nexus, Plug-in Gait) stored in the file.
+// A person walks down a stair over four force plates (Movement_trial.c3d and Static_trial.c3d, public sample
+// data of pyCGM). The phantom, scaled to the person, gives flexion and moments of hips and knees. They are
+// compared with those that the capture system (Vicon Nexus, Plug-in Gait) stored in the file.
 //
-// The stored angles follow from the bones that it stored as well: A, L, P are a bone's axes forwards, to the left and
-// up, and R = Ry(a) Rx(b) Rz(c) of a bone in the one above it gives flexion -a of the hip and a of the knee, to
-// rounding. Its frames are other ones: its thighs are turned about their length by 40 degrees from the line through
-// the ankles (its own hip rotation says so), so that 50 degrees of knee flexion count as abduction and rotation. So
-// each of our segments gets its bone's axes by one turn that stays, the mean over the motion; then flexion is read
-// in the same way from both.
+// The file also stores the axes of each bone: A forwards, L to the left, P up. With R = Ry(a) Rx(b) Rz(c) for
+// the rotation of a bone in the one above it, the stored flexion is -a at the hip and a at the knee, to
+// rounding.
+//
+// Plug-in Gait defines its axes differently. It turns the thighs by 40 degrees about their length, as its own
+// hip rotation shows, so that 50 degrees of knee flexion appear as abduction and rotation. We therefore
+// rotate the axes of each of our segments once, by the mean rotation to the stored bone over the motion. Then
+// flexion is read from both in the same way.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -80,7 +82,7 @@ class StairsCase {
   /// Flexion of hips and knees, deg.
   std::vector<StairsCurve> flexions() const {
     std::map<std::string, Eigen::Matrix3d> R_SB;  // of each segment
-    for (const auto& [segment, bone] : bones_) R_SB[segment] = bone_in_segment(segment, bone);
+    for (const auto& [segment, name] : bones_) R_SB[segment] = bone_in_segment(segment);
     std::vector<StairsCurve> out;
     SolidPoses poses(system_);
     for (const Joint& joint : joints_) {
@@ -107,8 +109,8 @@ class StairsCase {
     return stored(joints_[index(joint)].output + "Angles", 1);
   }
 
-  /// Moments that extend hips and knees, N m, about their axis L of the lower bone, while the file counts the foot's
-  /// ground force (it counts one of two steps of each foot).
+  /// Moments that extend hips and knees, N m, about their axis L of the lower bone, while the file counts the
+  /// foot's ground force (it counts one of two steps of each foot).
   std::vector<StairsCurve> moments() const {
     const RecordedMotion motion = taken(RecordedMotion::of(system_, positions_, 6));
     const FootLoads loads = taken(loads_on_feet(system_, motion, file_.forces, feet_of(system_)));
@@ -174,7 +176,7 @@ class StairsCase {
   }
 
   /// The mean over the motion (the rotation nearest to the mean of the matrices).
-  Eigen::Matrix3d bone_in_segment(const std::string& segment, const std::string&) const {
+  Eigen::Matrix3d bone_in_segment(const std::string& segment) const {
     Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
     SolidPoses poses(system_);
     for (std::size_t i = 0; i < frames_.size(); ++i) {

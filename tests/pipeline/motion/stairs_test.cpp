@@ -17,8 +17,8 @@ class Stairs : public testing::Test {
   const std::string folder_ = shared_folder() + "/motion/";
 };
 
-// 0.8 to 1.9 degrees RMS (tests/bench/stairs); the project asks for 2. With the markers where the standing trial puts
-// them, 19 mm from where the motion has them, it is 1.5 to 3.8.
+// 0.8 to 1.9 degrees RMS (tests/bench/stairs); the project asks for 2. With the markers where the standing
+// trial puts them, 19 mm from where the motion has them, it is 1.5 to 3.8.
 TEST_F(Stairs, HipsAndKneesFlexAsTheCaptureSystemSays) {
   const StairsCase stairs(folder_, true);
   EXPECT_LT(stairs.marker_error, 0.004);
@@ -31,8 +31,9 @@ TEST_F(Stairs, HipsAndKneesFlexAsTheCaptureSystemSays) {
   }
 }
 
-// The plates stand on steps of 195, 193 and 195 mm (FORCE_PLATFORM:CORNERS). The feet's floors come from the markers
-// alone: a point of a sole stands within 15 mm of its level (planted_feet.cpp), twice in a difference.
+// The plates stand on steps of 195, 193 and 195 mm (FORCE_PLATFORM:CORNERS). The feet's floors come from the
+// markers alone: a point of a sole stands within 15 mm of its level (planted_feet.cpp), twice in a
+// difference.
 TEST_F(Stairs, PhantomsFeetStandOnStepsOfItsOwnSize) {
   const Phantom phantom = build_phantom({}).value();
   const Scene body = still_body(exact_parts(phantom), phantom.landmarks);
