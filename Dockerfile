@@ -2,7 +2,8 @@
 FROM debian:12 AS build
 WORKDIR /borelli
 COPY . .
-RUN ./build.sh run && apt-get install -y -qq --no-install-recommends dpkg-dev file && cpack --config build/release/CPackConfig.cmake -B /packages
+RUN ./build.sh run && apt-get install -y -qq --no-install-recommends dpkg-dev file && \
+    cmake --build build/release && cpack --config build/release/CPackConfig.cmake -B /packages
 
 FROM debian:12
 COPY --from=build /packages/borelli_*.deb /packages/

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs what the build needs and is missing (Debian packages), configures and builds.
-#   build.sh run     the program and its manual page (BORELLI_TESTS=OFF)
+#   build.sh run     the program                     (BORELLI_TESTS=OFF)
 #   build.sh test    the program, tests, benchmarks
 # Safe to repeat. The build lies in build/release; ccache is used, so that a repeat costs seconds.
 set -euo pipefail
@@ -15,7 +15,7 @@ test_packages=(libgtest-dev libbenchmark-dev libmujoco-dev libsimbody-dev libtin
   python3-pip python3-setuptools python3-wheel chromium)
 
 packages=("${run_packages[@]}")
-tests=OFF targets=(--target program manual)
+tests=OFF targets=(--target program)
 case "${1:-}" in
   run) ;;
   test) packages+=("${test_packages[@]}") tests=ON targets=() ;;

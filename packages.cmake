@@ -1,4 +1,4 @@
-# `cpack --config build/release/CPackConfig.cmake` makes the Debian packages borelli (program, manual page, sample scenes),
+# After a whole build, `cpack --config build/release/CPackConfig.cmake` makes the Debian packages borelli (program, manual page, sample scenes),
 # libborelli-dev (headers, static libraries, CMake files) and, where the Python module is built, python3-borelli.
 install(DIRECTORY samples/ DESTINATION ${CMAKE_INSTALL_DATADIR}/borelli/samples COMPONENT program FILES_MATCHING PATTERN "*.toml")
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/borelli RENAME copyright COMPONENT program)
