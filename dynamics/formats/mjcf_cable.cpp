@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "dynamics/formats/mjcf_edit.hpp"
+#include "dynamics/numbers/rotation_between.hpp"
 
 namespace borelli {
 namespace {
@@ -84,7 +85,7 @@ std::vector<Matrix3d> frames_of(const std::vector<Vector3d>& vertices) {
     }
     Matrix3d& R = out.emplace_back();
     if (normal.squaredNorm() < 1e-14)
-      R = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitX(), along).toRotationMatrix();
+      R = rotation_between(Vector3d::UnitX(), along);
     else
       R << along, normal, along.cross(normal).normalized();
   }

@@ -8,6 +8,7 @@
 
 #include "dynamics/formats/osim_function.hpp"
 #include "dynamics/formats/osim_write_function.hpp"
+#include "dynamics/numbers/rotation_between.hpp"
 
 namespace borelli {
 namespace {
@@ -284,8 +285,7 @@ class OsimContactShapes {
 
   // Its inside is where its own x is positive.
   void half_space(const std::string& name, const Plane& plane) {
-    const Eigen::Matrix3d R =
-        Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitX(), -plane.normal).toRotationMatrix();
+    const Eigen::Matrix3d R = rotation_between(Vector3d::UnitX(), -plane.normal);
     shape("ContactHalfSpace", name, plane.on.solid, plane.on.point, R);
   }
 

@@ -8,6 +8,7 @@
 
 #include "dynamics/formats/placeholder_inertia.hpp"
 #include "dynamics/formats/unread.hpp"
+#include "dynamics/numbers/rotation_between.hpp"
 #include "dynamics/scene/free_joint.hpp"
 #include "error/printable.hpp"
 
@@ -317,7 +318,7 @@ class UrdfReader {
     if (type == "spherical") return {moving(Ball{}, name)};
     const Vector3d axis = axis_of(joint);
     if (type == "planar") {
-      const Matrix3d R = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), axis).toRotationMatrix();
+      const Matrix3d R = rotation_between(Vector3d::UnitZ(), axis);
       return {moving(Translation{R.col(0)}, name + ".x"), moving(Translation{R.col(1)}, name + ".y"),
               moving(Rotation{axis}, name + ".turn")};
     }

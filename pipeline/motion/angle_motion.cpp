@@ -10,6 +10,7 @@
 #include <numbers>
 #include <sstream>
 
+#include "dynamics/numbers/rotation_between.hpp"
 #include "error/printable.hpp"
 #include "pipeline/body/joint_axes.hpp"
 #include "pipeline/body/segment_frames.hpp"
@@ -104,9 +105,7 @@ void make_continuous(const System& system, Rows& q) {
 }
 
 /// OpenSim's ground in the world: its y becomes z.
-Matrix3d ground_axes() {
-  return Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitY(), Vector3d::UnitZ()).toRotationMatrix();
-}
+Matrix3d ground_axes() { return rotation_between(Vector3d::UnitY(), Vector3d::UnitZ()); }
 
 /// The joints of a body by OpenSim's coordinates.
 class OpenSimAngles {

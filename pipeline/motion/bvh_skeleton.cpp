@@ -1,4 +1,5 @@
 #include "pipeline/motion/bvh_skeleton.hpp"
+#include "dynamics/numbers/rotation_between.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -109,7 +110,7 @@ class SkeletonWriter {
       : scene_(scene), motion_(motion), times_(motion), hierarchy_(hierarchy_of(scene)) {
     const Vector3d up =
         scene.gravity.norm() > 0 ? Vector3d(-scene.gravity.normalized()) : Vector3d(Vector3d::UnitZ());
-    turn_ = Quaterniond::FromTwoVectors(up, Vector3d::UnitY()).toRotationMatrix();
+    turn_ = rotation_between(up, Vector3d::UnitY());
   }
 
   BvhMotion write() {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "dynamics/numbers/rotation_between.hpp"
 #include "dynamics/numbers/rotation_vector.hpp"
 #include "error/printable.hpp"
 #include "pipeline/body/joint_axes.hpp"
@@ -189,7 +190,7 @@ Vector3d up_of_forces(const std::vector<MeasuredForce>& forces) {
 
 /// Forces in the world, whose z is up.
 std::vector<MeasuredForce> turned_forces(std::vector<MeasuredForce> forces, const Vector3d& up) {
-  const Matrix3d R = Eigen::Quaterniond::FromTwoVectors(up, Vector3d::UnitZ()).toRotationMatrix();
+  const Matrix3d R = rotation_between(up, Vector3d::UnitZ());
   for (MeasuredForce& force : forces)
     for (Matrix3Xd* values : {&force.force, &force.point, &force.moment}) *values = R * *values;
   return forces;
@@ -206,7 +207,7 @@ Result<CapturedMotion> captured_motion(const BodyModel& body, const BodyMarkers&
                                        printable_list(markers.unknown)));
   const auto up = up_of(recording.motion, markers);
   if (!up) return tl::unexpected(up.error());
-  const Matrix3d R = Eigen::Quaterniond::FromTwoVectors(*up, Vector3d::UnitZ()).toRotationMatrix();
+  const Matrix3d R = rotation_between(*up, Vector3d::UnitZ());
   out.markers = turned(recording.motion, R);
   const MarkerMotion trial = recording.trial ? mean_frame(turned(*recording.trial, R), -1e300, 1e300)
                                              : fullest_frame(out.markers, markers);

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <random>
 
+#include "dynamics/numbers/rotation_between.hpp"
 #include "error/printable.hpp"
 #include "pipeline/motion/text_rows.hpp"
 
@@ -220,7 +221,7 @@ double MotionFit::rms() const {
 
 Matrix3d turn_to_scene(const Scene& scene, const std::optional<Vector3d>& up) {
   if (!up || scene.gravity.norm() == 0) return Matrix3d::Identity();
-  return Eigen::Quaterniond::FromTwoVectors(*up, -scene.gravity).toRotationMatrix();
+  return rotation_between(*up, -scene.gravity);
 }
 
 Result<MotionFit> fit_motion(const Scene& scene, const System& system, const MarkerMotion& recording,

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include "dynamics/numbers/rotation_between.hpp"
 #include "pipeline/export/glb.hpp"
 #include "pipeline/on_demand/vtk.hpp"
 #include "pipeline/report/report.hpp"
@@ -20,7 +21,7 @@ using AddForm = decltype(VtkFunctions::add_form);
 void rod(AddForm add, Mesh& mesh, const Vector3d& from, const Vector3d& to, double radius) {
   const Vector3d d = to - from;
   if (d.norm() < 2 * radius) return;
-  const Pose X{Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), d).toRotationMatrix(), (from + to) / 2};
+  const Pose X{rotation_between(Vector3d::UnitZ(), d), (from + to) / 2};
   add(mesh, X, Cylinder{radius, d.norm()});
 }
 
@@ -128,7 +129,7 @@ double extent(const Scene& scene, const Holds& holds) {
 
 void plate(AddForm add, Mesh& mesh, const HeldPlane& plane, double size) {
   const double thickness = size / 200;
-  const Pose X{Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), plane.normal).toRotationMatrix(),
+  const Pose X{rotation_between(Vector3d::UnitZ(), plane.normal),
                plane.point.point - thickness / 2 * plane.normal};
   add(mesh, X, Box{{size, size, thickness}});
 }

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "dynamics/numbers/rotation_between.hpp"
 #include "dynamics/scene/shape.hpp"
 #include "dynamics/system/trajectory.hpp"
 #include "inertia/table_file.hpp"
@@ -141,7 +142,7 @@ inline nlohmann::json capsule_table() {
     const auto& [top, bottom, radius] = found->second;
     const Eigen::Vector3d axis = (top - bottom) * 1e-3;
     const Shape shape{Capsule{radius * 1e-3, axis.norm()}, (top + bottom) * 0.5e-3,
-                      Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), axis)};
+                      Eigen::Quaterniond(rotation_between(Eigen::Vector3d::UnitZ(), axis))};
     InertiaRow row;
     row.part = part.name;
     row.completeness = part.name == "foot_left" ? Completeness::cut : Completeness::whole;

@@ -2,6 +2,7 @@
 #include <dart/collision/dart/DARTCollisionDetector.hpp>
 #include <dart/dart.hpp>
 
+#include "dynamics/numbers/rotation_between.hpp"
 #include "peer.hpp"
 
 namespace borelli::peers {
@@ -131,8 +132,7 @@ class Dart : public Peer {
     }
     const auto plane = dd::Skeleton::create("plane" + std::to_string(world_->getNumSkeletons()));
     dd::WeldJoint::Properties weld;
-    weld.mT_ParentBodyToJoint = place(
-        Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), g.normal).toRotationMatrix(), g.on);
+    weld.mT_ParentBodyToJoint = place(rotation_between(Eigen::Vector3d::UnitZ(), g.normal), g.on);
     touch(plane->createJointAndBodyNodePair<dd::WeldJoint>(nullptr, weld).second,
           std::make_shared<dd::BoxShape>(Eigen::Vector3d(1000, 1000, 10)), {0, 0, -5}, 1, 1e3);
     world_->addSkeleton(plane);

@@ -10,6 +10,7 @@
 #include <fstream>
 
 #include "dynamics/numbers/pose.hpp"
+#include "dynamics/numbers/rotation_between.hpp"
 #include "peer.hpp"
 
 namespace borelli::peers {
@@ -73,8 +74,7 @@ class Writer {
   }
 
   void add_ground(const Ground& g) {
-    const Eigen::Matrix3d R =
-        Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), g.normal).toRotationMatrix();
+    const Eigen::Matrix3d R = rotation_between(Vector3d::UnitZ(), g.normal);
     const int n = count_++;
     sites_.back() += fmt::format("<geom name='p{}' type='plane' pos='{}' quat='{}' size='0 0 1'/>", n,
                                  text(g.on), text(quaternion(R)));

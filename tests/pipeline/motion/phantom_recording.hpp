@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "dynamics/numbers/rotation_between.hpp"
 #include "pipeline/body/skeleton.hpp"
 #include "pipeline/motion/body_markers.hpp"
 #include "pipeline/motion/captured_motion.hpp"
@@ -84,8 +85,7 @@ inline MarkerMotion recording_of(const Scene& scene, const RecordedPositions& po
   MarkerMotion out;
   for (const Marker& marker : scene.markers) out.names.push_back(marker.name);
   out.times = positions.times;
-  const Eigen::Matrix3d R =
-      Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), up).toRotationMatrix();
+  const Eigen::Matrix3d R = rotation_between(Eigen::Vector3d::UnitZ(), up);
   for (Eigen::Index i = 0; i < positions.q.rows(); ++i) {
     auto places = marker_places(scene, out.names, positions.q.row(i).transpose());
     if (!places) throw std::runtime_error(places.error().message());
