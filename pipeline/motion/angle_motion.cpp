@@ -16,7 +16,7 @@
 #include "pipeline/body/segment_frames.hpp"
 #include "pipeline/motion/motion_efforts_table.hpp"
 #include "pipeline/motion/solid_poses.hpp"
-#include "pipeline/motion/text_rows.hpp"
+#include "pipeline/recordings/text_rows.hpp"
 
 namespace borelli {
 namespace data {

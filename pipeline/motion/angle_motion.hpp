@@ -7,7 +7,7 @@
 #include "dynamics/inverse/recorded_motion.hpp"
 #include "error/error.hpp"
 #include "pipeline/body/foot_soles.hpp"
-#include "pipeline/motion/motion_table.hpp"
+#include "pipeline/recordings/motion_table.hpp"
 #include "segmentation/vocabulary/landmarks.hpp"
 
 namespace borelli {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "error/error.hpp"
-#include "pipeline/motion/joint_mapping.hpp"
+#include "pipeline/recordings/joint_mapping.hpp"
 #include "segmentation/vocabulary/landmarks.hpp"
 
 namespace borelli {

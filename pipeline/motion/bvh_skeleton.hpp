@@ -4,7 +4,7 @@
 #include "dynamics/scene/scene.hpp"
 #include "dynamics/system/trajectory.hpp"
 #include "error/error.hpp"
-#include "pipeline/motion/bvh_file.hpp"
+#include "pipeline/recordings/bvh_file.hpp"
 
 namespace borelli {
 

@@ -20,7 +20,7 @@
 #include "pipeline/motion/scene_markers.hpp"
 #include "pipeline/motion/solid_poses.hpp"
 #include "pipeline/motion/static_fit.hpp"
-#include "pipeline/motion/text_rows.hpp"
+#include "pipeline/recordings/text_rows.hpp"
 
 namespace borelli {
 

@@ -11,12 +11,12 @@
 #include "dynamics/scene/scene.hpp"
 #include "pipeline/body/foot_soles.hpp"
 #include "pipeline/motion/body_markers.hpp"
-#include "pipeline/motion/external_loads.hpp"
-#include "pipeline/motion/marker_motion.hpp"
-#include "pipeline/motion/measured_force.hpp"
 #include "pipeline/motion/motion_efforts_table.hpp"
 #include "pipeline/motion/motion_fit.hpp"
-#include "pipeline/motion/motion_table.hpp"
+#include "pipeline/recordings/external_loads.hpp"
+#include "pipeline/recordings/marker_motion.hpp"
+#include "pipeline/recordings/measured_force.hpp"
+#include "pipeline/recordings/motion_table.hpp"
 #include "segmentation/vocabulary/landmarks.hpp"
 
 namespace borelli {

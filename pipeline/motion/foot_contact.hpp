@@ -6,7 +6,7 @@
 
 #include "dynamics/inverse/recorded_motion.hpp"
 #include "dynamics/scene/scene.hpp"
-#include "pipeline/motion/external_loads.hpp"
+#include "pipeline/recordings/external_loads.hpp"
 
 namespace borelli {
 

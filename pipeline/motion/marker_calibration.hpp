@@ -3,7 +3,7 @@
 
 #include "dynamics/scene/scene.hpp"
 #include "error/error.hpp"
-#include "pipeline/motion/marker_motion.hpp"
+#include "pipeline/recordings/marker_motion.hpp"
 
 namespace borelli {
 

@@ -4,7 +4,7 @@
 #include "dynamics/scene/scene.hpp"
 #include "dynamics/system/trajectory.hpp"
 #include "error/error.hpp"
-#include "pipeline/motion/marker_motion.hpp"
+#include "pipeline/recordings/marker_motion.hpp"
 
 namespace borelli {
 

@@ -8,8 +8,8 @@
 #include "dynamics/scene/scene.hpp"
 #include "dynamics/system/system.hpp"
 #include "pipeline/motion/body_markers.hpp"
-#include "pipeline/motion/marker_motion.hpp"
 #include "pipeline/motion/motion_fit.hpp"
+#include "pipeline/recordings/marker_motion.hpp"
 
 namespace borelli {
 

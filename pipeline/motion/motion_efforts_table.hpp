@@ -9,8 +9,8 @@
 
 #include "dynamics/inverse/motion_efforts.hpp"
 #include "dynamics/inverse/recorded_motion.hpp"
-#include "pipeline/motion/external_loads.hpp"
-#include "pipeline/motion/motion_table.hpp"
+#include "pipeline/recordings/external_loads.hpp"
+#include "pipeline/recordings/motion_table.hpp"
 
 namespace borelli {
 

@@ -9,7 +9,7 @@
 
 #include "dynamics/numbers/rotation_between.hpp"
 #include "error/printable.hpp"
-#include "pipeline/motion/text_rows.hpp"
+#include "pipeline/recordings/text_rows.hpp"
 
 namespace borelli {
 

@@ -10,9 +10,9 @@
 
 #include "dynamics/inverse/marker_fit.hpp"
 #include "dynamics/scene/scene.hpp"
-#include "pipeline/motion/ik_setup.hpp"
-#include "pipeline/motion/marker_motion.hpp"
-#include "pipeline/motion/motion_table.hpp"
+#include "pipeline/recordings/ik_setup.hpp"
+#include "pipeline/recordings/marker_motion.hpp"
+#include "pipeline/recordings/motion_table.hpp"
 
 namespace borelli {
 

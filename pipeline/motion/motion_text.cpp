@@ -4,7 +4,7 @@
 
 #include "pipeline/motion/bvh_skeleton.hpp"
 #include "pipeline/motion/marker_paths.hpp"
-#include "pipeline/motion/trc_file.hpp"
+#include "pipeline/recordings/trc_file.hpp"
 #include "segmentation/files/header_text.hpp"
 
 namespace borelli {

@@ -9,7 +9,7 @@
 #include "dynamics/scene/scene.hpp"
 #include "error/error.hpp"
 #include "pipeline/body/foot_soles.hpp"
-#include "pipeline/motion/external_loads.hpp"
+#include "pipeline/recordings/external_loads.hpp"
 
 namespace borelli {
 

@@ -20,10 +20,10 @@
 #include "dynamics/scene/scene.hpp"
 #include "dynamics/scene/site.hpp"
 #include "pipeline/body/foot_soles.hpp"
-#include "pipeline/motion/external_loads.hpp"
-#include "pipeline/motion/marker_motion.hpp"
 #include "pipeline/motion/motion_efforts_table.hpp"
 #include "pipeline/motion/walk_plan.hpp"
+#include "pipeline/recordings/external_loads.hpp"
+#include "pipeline/recordings/marker_motion.hpp"
 
 namespace borelli {
 

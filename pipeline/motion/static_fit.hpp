@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "dynamics/scene/scene.hpp"
-#include "pipeline/motion/marker_motion.hpp"
+#include "pipeline/recordings/marker_motion.hpp"
 
 namespace borelli {
 

@@ -8,8 +8,8 @@
 #include "dynamics/inverse/motion_efforts.hpp"
 #include "dynamics/inverse/recorded_motion.hpp"
 #include "pipeline/body/foot_soles.hpp"
-#include "pipeline/motion/external_loads.hpp"
 #include "pipeline/motion/walk_plan.hpp"
+#include "pipeline/recordings/external_loads.hpp"
 
 namespace borelli {
 

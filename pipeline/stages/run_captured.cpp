@@ -11,10 +11,10 @@
 #include "pipeline/files/whole_file.hpp"
 #include "pipeline/motion/effort_bands.hpp"
 #include "pipeline/motion/effort_report.hpp"
-#include "pipeline/motion/motion_table_file.hpp"
 #include "pipeline/motion/motion_text.hpp"
 #include "pipeline/motion/recorded_trajectory.hpp"
-#include "pipeline/motion/recording.hpp"
+#include "pipeline/recordings/motion_table_file.hpp"
+#include "pipeline/recordings/recording.hpp"
 #include "segmentation/files/header_text.hpp"
 
 namespace borelli {

@@ -5,10 +5,10 @@
 
 #include "pipeline/files/whole_file.hpp"
 #include "pipeline/motion/motion_fit.hpp"
-#include "pipeline/motion/motion_table_file.hpp"
 #include "pipeline/motion/motion_text.hpp"
 #include "pipeline/motion/recorded_trajectory.hpp"
-#include "pipeline/motion/recording.hpp"
+#include "pipeline/recordings/motion_table_file.hpp"
+#include "pipeline/recordings/recording.hpp"
 #include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/model_options.hpp"
 #include "pipeline/verbs/number_check.hpp"

@@ -3,8 +3,8 @@
 
 #include "dynamics/formats/model_write.hpp"
 #include "pipeline/files/whole_file.hpp"
-#include "pipeline/motion/recording.hpp"
 #include "pipeline/motion/static_fit.hpp"
+#include "pipeline/recordings/recording.hpp"
 #include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/model_options.hpp"
 #include "pipeline/verbs/number_check.hpp"

@@ -1,5 +1,5 @@
 // Skeletons and their motion as BVH.
-#include "pipeline/motion/bvh_motion.hpp"
+#include "pipeline/recordings/bvh_motion.hpp"
 #include "tests/mutation/model_trial.hpp"
 
 namespace borelli::mutation {

@@ -1,7 +1,7 @@
 // C3D: all processors, integers and floating-point numbers, all types of force plates, events, model outputs.
-#include "pipeline/motion/c3d_file.hpp"
+#include "pipeline/recordings/c3d_file.hpp"
 #include "tests/mutation/reader.hpp"
-#include "tests/pipeline/motion/c3d_writer.hpp"
+#include "tests/pipeline/recordings/c3d_writer.hpp"
 
 namespace borelli::mutation {
 namespace of_c3d {

@@ -1,5 +1,5 @@
 // OpenSim's external loads: an XML file and its table.
-#include "pipeline/motion/external_loads.hpp"
+#include "pipeline/recordings/external_loads.hpp"
 
 #include "tests/mutation/reader.hpp"
 

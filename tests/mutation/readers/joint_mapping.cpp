@@ -1,5 +1,5 @@
 // Tables from joint names to segments.
-#include "pipeline/motion/joint_mapping.hpp"
+#include "pipeline/recordings/joint_mapping.hpp"
 
 #include "tests/mutation/reader.hpp"
 

@@ -1,8 +1,8 @@
 // OpenSim's set-ups of inverse kinematics and inverse dynamics.
 #include <cmath>
 
-#include "pipeline/motion/id_setup.hpp"
-#include "pipeline/motion/ik_setup.hpp"
+#include "pipeline/recordings/id_setup.hpp"
+#include "pipeline/recordings/ik_setup.hpp"
 #include "tests/mutation/reader.hpp"
 
 namespace borelli::mutation {

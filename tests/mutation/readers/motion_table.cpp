@@ -1,5 +1,5 @@
 // OpenSim's .mot and .sto, and SIMM's .mot.
-#include "pipeline/motion/motion_table_file.hpp"
+#include "pipeline/recordings/motion_table_file.hpp"
 #include "tests/mutation/model_trial.hpp"
 
 namespace borelli::mutation {

@@ -1,5 +1,5 @@
 // Marker positions as TRC.
-#include "pipeline/motion/trc_file.hpp"
+#include "pipeline/recordings/trc_file.hpp"
 #include "tests/mutation/model_trial.hpp"
 
 namespace borelli::mutation {

@@ -14,9 +14,9 @@
 #include "pipeline/motion/captured_motion.hpp"
 #include "pipeline/motion/gait_angles.hpp"
 #include "pipeline/motion/motion_efforts_table.hpp"
-#include "pipeline/motion/motion_table_file.hpp"
 #include "pipeline/motion/sample_walk.hpp"
 #include "pipeline/motion/walk_markers.hpp"
+#include "pipeline/recordings/motion_table_file.hpp"
 #include "tests/paths.hpp"
 #include "tests/pipeline/motion/phantom_recording.hpp"
 

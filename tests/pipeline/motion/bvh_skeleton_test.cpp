@@ -11,8 +11,8 @@
 #include <numbers>
 #include <sstream>
 
-#include "pipeline/motion/bvh_motion.hpp"
 #include "pipeline/motion/recorded_trajectory.hpp"
+#include "pipeline/recordings/bvh_motion.hpp"
 #include "tests/pipeline/motion/phantom_recording.hpp"
 
 namespace borelli::test::bvh_skeleton_test {

@@ -8,11 +8,11 @@
 #include "dynamics/equations/evaluate.hpp"
 #include "dynamics/formats/model_file.hpp"
 #include "pipeline/motion/foot_contact.hpp"
-#include "pipeline/motion/id_setup.hpp"
 #include "pipeline/motion/motion_efforts_table.hpp"
 #include "pipeline/motion/motion_fit.hpp"
-#include "pipeline/motion/motion_table_file.hpp"
-#include "pipeline/motion/recording.hpp"
+#include "pipeline/recordings/id_setup.hpp"
+#include "pipeline/recordings/motion_table_file.hpp"
+#include "pipeline/recordings/recording.hpp"
 #include "tests/paths.hpp"
 
 namespace borelli::test::gait10dof_test {

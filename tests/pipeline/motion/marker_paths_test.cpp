@@ -7,7 +7,7 @@
 
 #include "pipeline/motion/motion_text.hpp"
 #include "pipeline/motion/recorded_trajectory.hpp"
-#include "pipeline/motion/trc_file.hpp"
+#include "pipeline/recordings/trc_file.hpp"
 
 namespace borelli::test::marker_paths_test {
 namespace {

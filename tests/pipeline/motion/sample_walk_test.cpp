@@ -9,10 +9,10 @@
 
 #include "pipeline/files/whole_file.hpp"
 #include "pipeline/motion/gait_angles.hpp"
-#include "pipeline/motion/motion_table_file.hpp"
-#include "pipeline/motion/recording.hpp"
-#include "pipeline/motion/trc_file.hpp"
 #include "pipeline/motion/walk_markers.hpp"
+#include "pipeline/recordings/motion_table_file.hpp"
+#include "pipeline/recordings/recording.hpp"
+#include "pipeline/recordings/trc_file.hpp"
 #include "samples/phantom.hpp"
 #include "tests/pipeline/motion/phantom_recording.hpp"
 

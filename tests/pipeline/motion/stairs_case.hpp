@@ -22,12 +22,12 @@
 #include <string>
 #include <vector>
 
-#include "pipeline/motion/c3d_file.hpp"
 #include "pipeline/motion/foot_contact.hpp"
 #include "pipeline/motion/marker_calibration.hpp"
 #include "pipeline/motion/marker_placement.hpp"
 #include "pipeline/motion/scaled_scene.hpp"
 #include "pipeline/motion/static_fit.hpp"
+#include "pipeline/recordings/c3d_file.hpp"
 #include "tests/pipeline/motion/phantom_recording.hpp"
 
 namespace borelli::test {

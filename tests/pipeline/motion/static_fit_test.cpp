@@ -7,8 +7,8 @@
 
 #include "dynamics/equations/evaluate.hpp"
 #include "dynamics/formats/model_file.hpp"
-#include "pipeline/motion/recording.hpp"
 #include "pipeline/motion/scaled_scene.hpp"
+#include "pipeline/recordings/recording.hpp"
 #include "tests/paths.hpp"
 
 namespace borelli::test::static_fit_test {
