@@ -95,11 +95,7 @@ class Chart {
     first_other_ = chart_.variants.size();
     for (const OtherMethod& other : others_)
       chart_.variants.push_back({.method = other.name, .adaptive = other.adaptive, .other = true});
-    for (std::size_t i = 0; i < chart_.variants.size(); ++i) {
-      observer_.progress(name_of(chart_.variants[i]), double(i) / double(chart_.variants.size()));
-      climb(i);
-      observer_.ladder_ends(chart_.points);
-    }
+    climb_all();
     return std::move(chart_);
   }
 
@@ -120,8 +116,8 @@ class Chart {
     observer.ended = [&](long more) { made += more; };
     auto t = simulate(system_, system_.initial, how, observer);
     evaluations = t ? 0 : made;
-    if (t && t->times.back() < how.end_time * (1 - 1e-12))
-      return failure("", fmt::format("took more than {:.3g} s", most_seconds));
+    out_of_time_ = t && t->times.back() < how.end_time * (1 - 1e-12);
+    if (out_of_time_) return failure("", fmt::format("took more than {:.3g} s", most_seconds));
     return t;
   }
 
@@ -240,9 +236,10 @@ class Chart {
     for (std::size_t row = stride; row <= last_row_; row += stride)
       times.push_back(system_.initial.t + double(row) * how_.output_interval);
     const double start = processor_time();
-    const TimeLimit limit(4 * settings_.budget);
+    const TimeLimit limit(4 * budget_);
     auto run = other.run(point.setting, times, [&] { return limit.holds(); });
     const double seconds = run ? run->seconds : processor_time() - start;
+    out_of_time_ = !run && !limit.holds();
     if (run && run->poses.size() != times.size() * centres_.size())
       run = failure(other.name, "did not reach its end");
     point.finished = point.trusted = run.has_value();
@@ -272,7 +269,7 @@ class Chart {
     const std::size_t stride = stride_of(point.variant, point.setting);
     how.output_interval *= double(stride);
     const double start = processor_time();
-    const auto t = simulate_for(how, 4 * settings_.budget, point.evaluations);
+    const auto t = simulate_for(how, 4 * budget_, point.evaluations);
     const double seconds = processor_time() - start;
     point.finished = t.has_value();
     if (!t) {
@@ -297,39 +294,80 @@ class Chart {
     return point;
   }
 
-  /// Climbs from the coarsest rung until a run exceeds the budget or finer rungs gain nothing.
-  void climb(std::size_t variant) {
-    const auto known = [&](const WorkPrecisionPoint& p) { return p.variant == variant; };
-    if (std::any_of(observer_.known.begin(), observer_.known.end(), known)) {
-      std::copy_if(observer_.known.begin(), observer_.known.end(), std::back_inserter(chart_.points), known);
-      return;
+  /// The runs of a variant, from the coarsest on.
+  struct Ladder {
+    std::vector<WorkPrecisionPoint> points;
+    int rung = 0, without_gain = 0;  ///< the next rung; how many of the last ones gained nothing
+    double best = std::numeric_limits<double>::infinity();  ///< least error
+    long evaluations = 0;
+    bool ended = false;
+  };
+
+  void climb_all() {
+    ladders_.resize(chart_.variants.size());
+    constexpr double shares[] = {0.04, 0.2, 1};
+    const std::size_t n = ladders_.size();
+    for (std::size_t round = 0; round < std::size(shares); ++round) {
+      chart_.share = shares[round];
+      budget_ = chart_.share * settings_.budget;
+      for (std::size_t i = 0; i < n; ++i) {
+        observer_.progress(name_of(chart_.variants[i]),
+                           double(round * n + i) / double(std::size(shares) * n));
+        climb(i, shares[round] == 1);
+        chart_.points.clear();
+        for (const Ladder& each : ladders_)
+          chart_.points.insert(chart_.points.end(), each.points.begin(), each.points.end());
+        observer_.ladder_ends(chart_.points);
+      }
+      if (shares[round] < 1) observer_.round_ends(chart_);
     }
+  }
+
+  /// A run of an interrupted chart, or a new one.
+  WorkPrecisionPoint known_or_measured(std::size_t variant, double setting) {
+    out_of_time_ = false;
+    for (const WorkPrecisionPoint& p : observer_.known)
+      if (p.variant == variant && p.setting == setting) return p;
+    return measure(variant, setting);
+  }
+
+  /// Climbs on until a run exceeds the budget or finer rungs gain nothing. A run that is broken off within a
+  /// share of the budget is made again with the next share.
+  void climb(std::size_t variant, bool last) {
+    Ladder& ladder = ladders_[variant];
     const bool adaptive = chart_.variants[variant].adaptive;
     const int finer = adaptive ? settings_.per_decade : 1;
     const int rungs = !adaptive ? 26 : (chart_.variants[variant].method == automatic ? 10 : 13) * finer + 1;
     // the longest step spans two or four outputs, if that divides their number
     const int longest = last_row_ % 4 == 0 ? 4 : last_row_ % 2 == 0 ? 2 : 1;
-    double best = std::numeric_limits<double>::infinity();
-    long evaluations = 0;
-    for (int rung = 0, without_gain = 0; rung < rungs && without_gain < 2 * finer; ++rung) {
+    while (!ladder.ended && ladder.rung < rungs && ladder.without_gain < 2 * finer) {
+      const int rung = ladder.rung;
       const WorkPrecisionPoint point =
-          measure(variant, adaptive ? std::pow(10, -1 - double(rung) / finer)
-                                    : longest * how_.output_interval * std::pow(0.5, rung));
-      chart_.points.push_back(point);
+          known_or_measured(variant, adaptive ? std::pow(10, -1 - double(rung) / finer)
+                                              : longest * how_.output_interval * std::pow(0.5, rung));
+      if (out_of_time_ && !last) return;
+      ladder.points.push_back(point);
+      ++ladder.rung;
       // a method that refuses the scene refuses it at every step
       if (!point.finished && point.seconds < 1e-4 && rung == 0 && point.reason.starts_with("method '"))
-        return;
-      if (point.seconds > settings_.budget) return;
-      if (!point.finished) continue;
-      const double judged = judged_error(chart_, point);
-      const double error = std::isfinite(judged) ? judged : point.errors.energy;
-      // an identical run (steps limited by the scene) says nothing about finer rungs
-      if (error == best && point.evaluations == evaluations) continue;
-      evaluations = point.evaluations;
-      // (errors of completely wrong runs do not count)
-      without_gain = error < 0.9 * best || best > 0.1 || rung < 3 * finer ? 0 : without_gain + 1;
-      best = std::min(best, error);
+        ladder.ended = true;
+      if (point.seconds > settings_.budget) ladder.ended = true;
+      if (point.finished) weigh_gain(point, rung, finer, ladder);
+      if (point.seconds > budget_) return;
     }
+  }
+
+  /// Whether the error fell at a rung.
+  void weigh_gain(const WorkPrecisionPoint& point, int rung, int finer, Ladder& ladder) const {
+    const double judged = judged_error(chart_, point);
+    const double error = std::isfinite(judged) ? judged : point.errors.energy;
+    // an identical run (steps limited by the scene) says nothing about finer rungs
+    if (error == ladder.best && point.evaluations == ladder.evaluations) return;
+    ladder.evaluations = point.evaluations;
+    // (errors of completely wrong runs do not count)
+    const bool gains = error < 0.9 * ladder.best || ladder.best > 0.1 || rung < 3 * finer;
+    ladder.without_gain = gains ? 0 : ladder.without_gain + 1;
+    ladder.best = std::min(ladder.best, error);
   }
 
   const System& system_;
@@ -344,6 +382,9 @@ class Chart {
   /// Source of impacts and momenta (the reference, if we made it), and its last valid row.
   std::optional<Trajectory> motion_;
   std::size_t motion_row_ = 0;
+  std::vector<Ladder> ladders_;  ///< by variant
+  double budget_ = 0;            ///< the present share of the budget, s
+  bool out_of_time_ = false;     ///< the last run was broken off
   WorkPrecision chart_;
 };
 

@@ -76,10 +76,12 @@ struct WorkPrecisionSettings {
   /// Only the first counts if the scene has no constraints.
   std::vector<ConstraintTreatment> constraints = {ConstraintTreatment::projection,
                                                   ConstraintTreatment::baumgarte};
-  int outputs = 20;     ///< number of output times, evenly spaced over the scene's time
-  int repeats = 3;      ///< runs per point; the median of their times counts
-  int per_decade = 1;   ///< tolerances per decade, for methods with a tolerance
-  double budget = 0.5;  ///< s of processor time; a ladder ends with the first run that exceeds it
+  int outputs = 20;    ///< number of output times, evenly spaced over the scene's time
+  int repeats = 3;     ///< runs per point; the median of their times counts
+  int per_decade = 1;  ///< tolerances per decade, for methods with a tolerance
+  /// s of processor time; a ladder ends with the first run that exceeds it. All ladders are climbed within a
+  /// 25th of it, then a fifth, then all of it, so that a coarse chart of all methods is there early.
+  double budget = 0.5;
   /// A reference that contains the output times; if absent, one is made.
   std::optional<GivenReference> reference = {};
 };
@@ -111,6 +113,8 @@ struct WorkPrecision {
   bool has_constraints = false, has_impacts = false;
   double length = 1, duration = 1;  ///< m, of the scene; s, of the runs
   Reference reference;
+  /// Share of the budget within which the ladders were climbed; below 1: finer runs follow.
+  double share = 1;
   std::vector<Variant> variants;           ///< other programs' last
   std::vector<WorkPrecisionPoint> points;  ///< by variant, from coarse to fine
 };
@@ -121,12 +125,15 @@ std::string name_of(const Variant& variant);
 /// Meaning of the setting: "step" (s), "tolerance" or, for automatic, "accuracy".
 std::string_view setting_name(const Variant& variant);
 
-/// Earlier results of an interrupted run, and the callback for each finished ladder.
+/// Earlier results of an interrupted run, and callbacks with the results so far.
 struct WorkPrecisionObserver {
   std::function<void(const std::string& what, double fraction)> progress = [](const std::string&, double) {};
-  std::vector<WorkPrecisionPoint> known = {};  ///< of whole ladders
+  std::vector<WorkPrecisionPoint> known = {};  ///< runs that need not be made again
+  /// After each ladder, for an interrupted run.
   std::function<void(const std::vector<WorkPrecisionPoint>&)> ladder_ends =
       [](const std::vector<WorkPrecisionPoint>&) {};
+  /// After all ladders within a share of the budget, but the last share: a whole chart, finer ones follow.
+  std::function<void(const WorkPrecision&)> round_ends = [](const WorkPrecision&) {};
 };
 
 /// Runs the scene through all variants and through `others`. Errors: the scene does not compile, a setting

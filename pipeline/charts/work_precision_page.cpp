@@ -358,6 +358,12 @@ std::string work_precision_page(const WorkPrecision& chart, const std::vector<st
       fmt::format("Position errors are relative to the scene's length, {:.4g} m: the longest length in the "
                   "scene (placements, gravity centres with radii of gyration, springs, distances).",
                   chart.length)};
+  if (chart.share < 1)
+    sentences.insert(
+        sentences.begin(),
+        fmt::format("Coarse runs only, of at most {:.0f} % of the time that a run may take: finer "
+                    "ones follow.",
+                    100 * chart.share));
   std::vector<PageButtons> buttons{errors, spent};
   if (const std::string why = why_no_drawing(chart); !why.empty()) sentences.push_back(why), buttons.clear();
   return chart_page(chart.scene + ": work and precision", chart.scene + ": cost of accuracy", warnings,

@@ -32,6 +32,7 @@ struct ChartOptions {
   ModelOptions model;
   std::vector<std::string> equations = {"recursive", "lagrange"}, constraints = {"projection", "baumgarte"};
   std::optional<double> end;
+  bool quick = false, thorough = false;
   WorkPrecisionSettings settings;
 };
 
@@ -164,6 +165,12 @@ Result<nlohmann::json> work(const ChartOptions& o, const Command& command) {
     if (written) written = kept.write(points);
     say_when_stopped(stopped);
   };
+  observer.round_ends = [&](const WorkPrecision& coarse) {
+    if (written) written = write_work_precision(coarse, folder, command.warnings());
+    bar.end(fmt::format("{} runs in {}; finer ones follow", coarse.points.size(),
+                        (folder / "chart.html").string()));
+    bar.begin("chart");
+  };
   const auto chart = work_precision(scene, settings, observer);
   if (!chart) return tl::unexpected(chart.error());
   if (!written) return tl::unexpected(written.error());
@@ -240,11 +247,22 @@ void add_chart(CLI::App& program, Command& command) {
           "--reference-error", o->reference_error,
           "Error of the reference: positions relative to the scene's length, angles in rad (default: 1e-12)")
       ->check(positive_number());
+  auto* quick = verb->add_flag("--quick", o->quick, "Coarse chart: --budget 0.02 --repeats 1");
+  verb->add_flag("--thorough", o->thorough, "Fine chart: --budget 2 --repeats 5 --per-decade 2")
+      ->excludes(quick);
   group_options(*verb, "Runs",
-                {"--methods", "--equations", "--constraints", "--end", "--outputs", "--repeats",
-                 "--per-decade", "--budget"});
+                {"--quick", "--thorough", "--methods", "--equations", "--constraints", "--end", "--outputs",
+                 "--repeats", "--per-decade", "--budget"});
   group_options(*verb, "Reference", {"--reference", "--reference-error"});
-  verb->callback([&command, o] {
+  verb->callback([&command, o, verb] {
+    const auto preset = [&](const char* option, auto& value, auto number) {
+      if (verb->count(option) == 0) value = number;
+    };
+    if (o->quick || o->thorough) {
+      preset("--budget", o->settings.budget, o->quick ? 0.02 : 2);
+      preset("--repeats", o->settings.repeats, o->quick ? 1 : 5);
+      preset("--per-decade", o->settings.per_decade, o->quick ? 1 : 2);
+    }
     for (auto* names : {&o->settings.methods, &o->equations, &o->constraints}) *names = each_once(*names);
     command.work = [o](const Command& c) { return work(*o, c); };
   });

@@ -621,17 +621,54 @@ TEST(WorkPrecision, DoesNotRepeatKnownRuns) {
   WorkPrecisionSettings settings = measured_once({"rk4", "dop853"}, 0.02);
   WorkPrecisionObserver observer;
   observer.known = {made(7, 1e-3)};
+  observer.known[0].setting = 1;  // the coarsest step: four of twenty outputs over 5 s
   std::size_t ends = 0;
   observer.ladder_ends = [&](const auto& points) {
     ++ends;
     EXPECT_EQ(points[0].seconds, 7);
   };
   const WorkPrecision chart = work_precision(oscillator(), settings, observer).value();
-  EXPECT_EQ(ends, 2u);
+  EXPECT_EQ(ends, 6u);  // two ladders, three shares of the budget
   EXPECT_EQ(
       std::count_if(chart.points.begin(), chart.points.end(), [](const auto& p) { return p.variant == 0; }),
       1);
   EXPECT_GT(chart.points.size(), 5u);
+}
+
+// Coarse charts hold the coarsest runs of every method, in the order of the whole chart, and no long run but
+// the last of a ladder.
+TEST(WorkPrecision, CoarseChartsOfAllMethodsComeFirst) {
+  const WorkPrecisionSettings settings = measured_once({"rk4", "dop853", "gauss4"}, 0.05);
+  std::vector<WorkPrecision> coarse;
+  WorkPrecisionObserver observer;
+  observer.round_ends = [&](const WorkPrecision& chart) { coarse.push_back(chart); };
+  const WorkPrecision whole = work_precision(oscillator(), settings, observer).value();
+  const auto ladder = [](const WorkPrecision& chart, std::size_t variant) {
+    std::vector<WorkPrecisionPoint> out;
+    for (const WorkPrecisionPoint& p : chart.points)
+      if (p.variant == variant) out.push_back(p);
+    return out;
+  };
+  ASSERT_EQ(coarse.size(), 2u);
+  EXPECT_LT(coarse[0].share, coarse[1].share);
+  EXPECT_LT(coarse[1].share, 1);
+  EXPECT_EQ(whole.share, 1);
+  EXPECT_LT(coarse[0].points.size(), whole.points.size());
+  for (const WorkPrecision& chart : coarse)
+    for (std::size_t variant = 0; variant < whole.variants.size(); ++variant) {
+      const auto early = ladder(chart, variant), all = ladder(whole, variant);
+      ASSERT_FALSE(early.empty()) << name_of(whole.variants[variant]);
+      ASSERT_LE(early.size(), all.size());
+      for (std::size_t i = 0; i < early.size(); ++i) {
+        EXPECT_EQ(early[i].setting, all[i].setting);
+        EXPECT_EQ(early[i].seconds, all[i].seconds);  // the same run
+        if (i + 1 < early.size()) {
+          EXPECT_LE(early[i].seconds, chart.share * settings.budget);
+        }
+      }
+    }
+  EXPECT_NE(work_precision_page(coarse[0]).find("finer ones follow"), std::string::npos);
+  EXPECT_EQ(work_precision_page(whole).find("finer ones follow"), std::string::npos);
 }
 
 TEST(WorkPrecision, CsvHasALinePerRun) {
