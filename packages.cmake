@@ -21,7 +21,7 @@ set(CPACK_DEBIAN_LIBRARY_PACKAGE_NAME libborelli-dev)
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libdevel)
 # what borelliConfig.cmake looks for
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_DEPENDS
-    "borelli (= ${PROJECT_VERSION}), libeigen3-dev, zlib1g-dev, libbz2-dev, libexpat1-dev, libqhull-dev, libexpected-dev, libfmt-dev, nlohmann-json3-dev, libtomlplusplus-dev, libsundials-dev, libisal-dev, libx11-dev, libssl-dev, libtinygltf-dev, pkg-config")
+    "borelli (= ${PROJECT_VERSION}), libeigen3-dev, zlib1g-dev, libbz2-dev, libexpat1-dev, libqhull-dev, libfcl-dev, libexpected-dev, libfmt-dev, nlohmann-json3-dev, libtomlplusplus-dev, libsundials-dev, libisal-dev, libx11-dev, libssl-dev, libtinygltf-dev, pkg-config")
 if(TARGET python_module)
   install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/python3-borelli RENAME copyright COMPONENT python3)
   list(APPEND CPACK_COMPONENTS_ALL python3)

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dynamics/scene/convex.hpp"
+
 namespace borelli {
 
 using Eigen::Vector3d;
@@ -15,11 +17,18 @@ FarPairs::FarPairs(const System& system) {
     const auto add = [&](const auto& k, double half_a, double half_b) {
       const int a = ball(system, sites[0], k.a.point, half_a, half_a + k.radii.a),
                 b = ball(system, sites[1], k.b.point, half_b, half_b + k.radii.b);
-      pairs_.push_back({int(i), action.first_row, a, b});
+      pairs_.push_back({int(i), action.first_row, a, b, 1});
     };
     if (const auto* spheres = std::get_if<SphereOverSphere>(&kind)) add(*spheres, 0, 0);
     if (const auto* capsules = std::get_if<CapsuleOverCapsule>(&kind))
       add(*capsules, capsules->length_a / 2, capsules->length_b / 2);
+    if (const auto* pair = std::get_if<ConvexOverConvex>(&kind)) {
+      const auto around = [&](const Site& site, const Convex& convex) {
+        return ball(system, site, convex.X_SF * convex.centre, convex.bound, convex.bound);
+      };
+      const int a = around(sites[0], *pair->convex_a), b = around(sites[1], *pair->convex_b);
+      pairs_.push_back({int(i), action.first_row, a, b, pair->rows() / pair->contact_rows});
+    }
   }
 }
 
@@ -54,8 +63,10 @@ void FarPairs::mark(const Kinematics& kinematics, double time, double distance, 
     const bool far = gap > distance && gap > distance + time * ((a.v - b.v).norm() + a.turns + b.turns);
     rows.far[pair.constraint] = far;
     if (!far) continue;
-    rows.h[pair.row] = gap;
-    rows.speed[pair.row] = 0;
+    for (int contact = 0; contact < pair.contacts; ++contact) {
+      rows.h[pair.row + 3 * contact] = gap;
+      rows.speed[pair.row + 3 * contact] = 0;
+    }
   }
 }
 

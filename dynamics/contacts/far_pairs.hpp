@@ -1,4 +1,4 @@
-// Finds pairs of spheres and capsules that are too far apart to touch soon, by their bounding balls.
+// Finds pairs of spheres, capsules and convex shapes that are too far apart to touch soon, by their bounding balls.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,7 +8,7 @@
 
 namespace borelli {
 
-/// For contacts of spheres and capsules with each other.
+/// For contacts of spheres, capsules and convex shapes with each other.
 class FarPairs {
  public:
   explicit FarPairs(const System& system);
@@ -27,7 +27,7 @@ class FarPairs {
     double turns = 0;             // speed of the segment's ends about the centre, m/s
   };
   struct Pair {
-    int constraint, row, a, b;
+    int constraint, row, a, b, contacts;
   };
   int ball(const System& system, const Site& site, const Eigen::Vector3d& centre, double half, double radius);
 

@@ -40,6 +40,40 @@ Matrix3d rotation_matrix_of(const TomlTable& table, const toml::node& node) {
   return R;
 }
 
+Form read_form(TomlTable& table) {
+  const std::string kind = table.text(table.require("kind"), "kind");
+  const auto size = [&](std::string_view key) { return table.number(table.require(key), key); };
+  const auto sizes = [&](std::string_view key) { return table.vector3(table.require(key), key); };
+  if (kind == "box") return Box{sizes("size")};
+  if (kind == "sphere") return Sphere{size("radius")};
+  if (kind == "ellipsoid") return Ellipsoid{sizes("radii")};
+  if (kind == "cylinder") return Cylinder{size("radius"), size("length")};
+  if (kind == "cone") return Cone{size("radius"), size("length")};
+  if (kind == "capsule") return Capsule{size("radius"), size("length")};
+  if (kind != "mesh")
+    table.refuse(
+        table.require("kind"),
+        fmt::format(
+            "there is no shape named \"{}\"; known: box, sphere, ellipsoid, cylinder, cone, capsule, mesh",
+            kind));
+  ClosedMesh mesh;
+  for (const toml::node& p : table.list(table.require("vertices"), "vertices"))
+    mesh.vertices.push_back(table.vector3(p, "a vertex"));
+  for (const toml::node& t : table.list(table.require("triangles"), "triangles")) {
+    const std::vector<double> corners = table.numbers(t, "a triangle", 3);
+    std::array<int, 3> triangle{};
+    for (int k = 0; k < 3; ++k) {
+      if (!(corners[k] >= 0 && corners[k] < static_cast<double>(mesh.vertices.size())) ||
+          corners[k] != std::floor(corners[k]))
+        table.refuse(t, fmt::format("a triangle refers to vertex {}; vertices run from 0 to {}", corners[k],
+                                    static_cast<long>(mesh.vertices.size()) - 1));
+      triangle[k] = static_cast<int>(corners[k]);
+    }
+    mesh.triangles.push_back(triangle);
+  }
+  return mesh;
+}
+
 }  // namespace
 
 Vector3d unit_direction(const TomlTable& table, const toml::node& node, std::string_view label) {
@@ -94,6 +128,15 @@ Turn read_turn(TomlTable& table) {
     turn.matrix = rotation_about(unit_direction(table, *axis, "axis"), by);
   }
   return turn;
+}
+
+Shape read_placed_form(TomlTable& table) {
+  Shape out;
+  out.form = read_form(table);
+  table.read("position", out.position);
+  const Quaternion q = read_turn(table).as_quaternion();
+  out.orientation = Eigen::Quaterniond(q[0], q[1], q[2], q[3]);
+  return out;
 }
 
 std::vector<Range> read_ranges(const TomlTable& table, const toml::node& node, double unit, bool is_ball) {
@@ -294,6 +337,12 @@ void FieldReader::operator()(std::string_view key, std::vector<Range>& field) {
     field = read_ranges(table_, *node, degree, is_nested(*node));
     must_be_angle(fmt::format("{}_deg", key));
   }
+}
+
+void FieldReader::operator()(std::string_view key, Shape& field) {
+  TomlTable inner = table_.table(table_.require(key), fmt::format("{}, {}", table_.what(), key));
+  field = read_placed_form(inner);
+  inner.finish();
 }
 
 void FieldReader::operator()(std::string_view key, Pose& field) {

@@ -49,6 +49,9 @@ struct Turn {
 /// Reads `quaternion`, `matrix`, or `axis` with `angle` or `angle_deg` of a table; without any: no rotation.
 Turn read_turn(TomlTable& table);
 
+/// Reads the kind of a shape with its sizes, `position`, and a rotation as read_turn().
+Shape read_placed_form(TomlTable& table);
+
 /// [lower, upper] times `unit`; for a ball a list of three such pairs.
 std::vector<Range> read_ranges(const TomlTable& table, const toml::node& node, double unit, bool is_ball);
 
@@ -82,6 +85,7 @@ class FieldReader {
   void operator()(std::string_view key, std::vector<TimeFunction>& field);
   void operator()(std::string_view key, std::vector<Range>& field);
   void operator()(std::string_view key, Pose& field);
+  void operator()(std::string_view key, Shape& field);
 
  private:
   const toml::node* get(std::string_view key);

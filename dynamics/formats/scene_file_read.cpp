@@ -62,46 +62,9 @@ Inertial read_inertial(TomlTable& table) {
   return out;
 }
 
-Form read_form(TomlTable& table) {
-  const std::string kind = table.text(table.require("kind"), "kind");
-  const auto size = [&](std::string_view key) { return table.number(table.require(key), key); };
-  const auto sizes = [&](std::string_view key) { return table.vector3(table.require(key), key); };
-  if (kind == "box") return Box{sizes("size")};
-  if (kind == "sphere") return Sphere{size("radius")};
-  if (kind == "ellipsoid") return Ellipsoid{sizes("radii")};
-  if (kind == "cylinder") return Cylinder{size("radius"), size("length")};
-  if (kind == "cone") return Cone{size("radius"), size("length")};
-  if (kind == "capsule") return Capsule{size("radius"), size("length")};
-  if (kind != "mesh")
-    table.refuse(
-        table.require("kind"),
-        fmt::format(
-            "there is no shape named \"{}\"; known: box, sphere, ellipsoid, cylinder, cone, capsule, mesh",
-            kind));
-  ClosedMesh mesh;
-  for (const toml::node& p : table.list(table.require("vertices"), "vertices"))
-    mesh.vertices.push_back(table.vector3(p, "a vertex"));
-  for (const toml::node& t : table.list(table.require("triangles"), "triangles")) {
-    const std::vector<double> corners = table.numbers(t, "a triangle", 3);
-    std::array<int, 3> triangle{};
-    for (int k = 0; k < 3; ++k) {
-      if (!(corners[k] >= 0 && corners[k] < static_cast<double>(mesh.vertices.size())) ||
-          corners[k] != std::floor(corners[k]))
-        table.refuse(t, fmt::format("a triangle refers to vertex {}; vertices run from 0 to {}", corners[k],
-                                    static_cast<long>(mesh.vertices.size()) - 1));
-      triangle[k] = static_cast<int>(corners[k]);
-    }
-    mesh.triangles.push_back(triangle);
-  }
-  return mesh;
-}
-
 ShapeElement read_shape(TomlTable& table) {
   ShapeElement out;
-  out.shape.form = read_form(table);
-  table.read("position", out.shape.position);
-  const Quaternion q = read_turn(table).as_quaternion();
-  out.shape.orientation = Eigen::Quaterniond(q[0], q[1], q[2], q[3]);
+  out.shape = read_placed_form(table);
   const toml::node *density = table.find("density"), *mass = table.find("mass");
   if (density && mass) table.refuse(*mass, "has a density and a mass, expected one of them");
   if (density) out.density = table.number(*density, "density");

@@ -96,6 +96,38 @@ std::string ranges_of(const std::vector<Range>& ranges) {
   return texts.size() == 1 ? texts[0] : fmt::format("[{}]", fmt::join(texts, ", "));
 }
 
+// ---- shapes ----
+
+Entries form_of(const Box& b) { return {{"kind", "\"box\""}, {"size", text_of(b.size)}}; }
+Entries form_of(const Sphere& s) { return {{"kind", "\"sphere\""}, {"radius", text_of(s.radius)}}; }
+Entries form_of(const Ellipsoid& e) { return {{"kind", "\"ellipsoid\""}, {"radii", text_of(e.radii)}}; }
+Entries form_of(const Cylinder& c) {
+  return {{"kind", "\"cylinder\""}, {"radius", text_of(c.radius)}, {"length", text_of(c.length)}};
+}
+Entries form_of(const Cone& c) {
+  return {{"kind", "\"cone\""}, {"radius", text_of(c.radius)}, {"length", text_of(c.length)}};
+}
+Entries form_of(const Capsule& c) {
+  return {{"kind", "\"capsule\""}, {"radius", text_of(c.radius)}, {"length", text_of(c.length)}};
+}
+Entries form_of(const ClosedMesh& m) {
+  std::vector<std::string> vertices, triangles;
+  for (const Vector3d& p : m.vertices) vertices.push_back(text_of(p));
+  for (const auto& t : m.triangles) triangles.push_back(fmt::format("[{}]", fmt::join(t, ", ")));
+  return {{"kind", "\"mesh\""},
+          {"vertices", fmt::format("[{}]", fmt::join(vertices, ", "))},
+          {"triangles", fmt::format("[{}]", fmt::join(triangles, ", "))}};
+}
+
+Entries placed_form(const Shape& shape) {
+  Entries out = std::visit([](const auto& form) { return form_of(form); }, shape.form);
+  if (shape.position != Vector3d::Zero()) out.emplace_back("position", text_of(shape.position));
+  const Eigen::Quaterniond& q = shape.orientation;
+  if (q.coeffs() != Eigen::Quaterniond::Identity().coeffs())
+    out.emplace_back("quaternion", text_of(std::vector{q.w(), q.x(), q.y(), q.z()}));
+  return out;
+}
+
 // ---- fields of efforts, constraints, functions of time ----
 
 struct FieldWriter {
@@ -156,6 +188,7 @@ struct FieldWriter {
     add_turn(pose, field.R);
     add(key, in_line(pose));
   }
+  void operator()(std::string_view key, const Shape& field) { add(key, in_line(placed_form(field))); }
 
   static std::string point(const SolidPoint& p) {
     return in_line({{"solid", text_of(p.solid)}, {"point", text_of(p.point)}});
@@ -268,34 +301,8 @@ Entries inertial_of(const Inertial& i) {
   return {{"mass", text_of(i.mass)}, {"centre", text_of(i.centre)}, {"tensor", tensor_of(i.tensor)}};
 }
 
-Entries form_of(const Box& b) { return {{"kind", "\"box\""}, {"size", text_of(b.size)}}; }
-Entries form_of(const Sphere& s) { return {{"kind", "\"sphere\""}, {"radius", text_of(s.radius)}}; }
-Entries form_of(const Ellipsoid& e) { return {{"kind", "\"ellipsoid\""}, {"radii", text_of(e.radii)}}; }
-Entries form_of(const Cylinder& c) {
-  return {{"kind", "\"cylinder\""}, {"radius", text_of(c.radius)}, {"length", text_of(c.length)}};
-}
-Entries form_of(const Cone& c) {
-  return {{"kind", "\"cone\""}, {"radius", text_of(c.radius)}, {"length", text_of(c.length)}};
-}
-Entries form_of(const Capsule& c) {
-  return {{"kind", "\"capsule\""}, {"radius", text_of(c.radius)}, {"length", text_of(c.length)}};
-}
-Entries form_of(const ClosedMesh& m) {
-  std::vector<std::string> vertices, triangles;
-  for (const Vector3d& p : m.vertices) vertices.push_back(text_of(p));
-  for (const auto& t : m.triangles) triangles.push_back(fmt::format("[{}]", fmt::join(t, ", ")));
-  return {{"kind", "\"mesh\""},
-          {"vertices", fmt::format("[{}]", fmt::join(vertices, ", "))},
-          {"triangles", fmt::format("[{}]", fmt::join(triangles, ", "))}};
-}
-
 std::string shape_of(const ShapeElement& element) {
-  Entries out = std::visit([](const auto& form) { return form_of(form); }, element.shape.form);
-  if (element.shape.position != Vector3d::Zero())
-    out.emplace_back("position", text_of(element.shape.position));
-  const Eigen::Quaterniond& q = element.shape.orientation;
-  if (q.coeffs() != Eigen::Quaterniond::Identity().coeffs())
-    out.emplace_back("quaternion", text_of(std::vector{q.w(), q.x(), q.y(), q.z()}));
+  Entries out = placed_form(element.shape);
   if (element.density) out.emplace_back("density", text_of(*element.density));
   if (element.mass) out.emplace_back("mass", text_of(*element.mass));
   return in_line(out);

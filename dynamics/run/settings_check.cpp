@@ -69,4 +69,17 @@ Result<void> check_counts(const System& system, double start, const SimulationSe
   return {};
 }
 
+Result<void> check_time_stepping(const System& system, const std::string& method, bool handles_contacts) {
+  if (handles_contacts) return {};
+  for (const Constraint& constraint : system.parameters.constraints) {
+    const bool refused =
+        std::visit([]<class Kind>(const Kind&) { return TimeStepping<Kind>; }, constraint.kind);
+    if (refused)
+      return bad_use(
+          fmt::format("{}constraint '{}'", place_in(system.file, constraint.line), constraint.name),
+          fmt::format("contacts of convex shapes need the method moreau; found {}", method));
+  }
+  return {};
+}
+
 }  // namespace borelli

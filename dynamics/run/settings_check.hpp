@@ -1,6 +1,8 @@
 // Checks whether a run can be made with its settings.
 #pragma once
 
+#include <string>
+
 #include "dynamics/system/system.hpp"
 
 namespace borelli {
@@ -19,5 +21,9 @@ Result<void> check_settings(const SimulationSettings& settings, double start);
 /// or limited by a sine.
 Result<void> check_counts(const System& system, double start, const SimulationSettings& settings,
                           bool adaptive);
+
+/// Fails if a method that does not resolve contacts within its steps meets contacts that need it; the message
+/// names the first.
+Result<void> check_time_stepping(const System& system, const std::string& method, bool handles_contacts);
 
 }  // namespace borelli

@@ -711,6 +711,8 @@ Result<Trajectory> simulate_once(const System& system, const State& state, const
     return bad_use(
         fmt::format("method '{}'", settings.method),
         "resolves contacts within its steps, and a user's own event would cut a step; choose another method");
+  if (auto ok = check_time_stepping(system, settings.method, (*integrator)->handles_contacts()); !ok)
+    return tl::unexpected(ok.error());
   if (auto ok = check_counts(system, state.t, settings, (*integrator)->adaptive()); !ok)
     return tl::unexpected(ok.error());
   if (observer.keep || !observer.checkpoint.empty()) {

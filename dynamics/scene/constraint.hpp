@@ -9,6 +9,8 @@
 #include "dynamics/scene/constraint_box_over_plane.hpp"
 #include "dynamics/scene/constraint_capsule_over_capsule.hpp"
 #include "dynamics/scene/constraint_capsule_over_plane.hpp"
+#include "dynamics/scene/constraint_convex_over_convex.hpp"
+#include "dynamics/scene/constraint_convex_over_plane.hpp"
 #include "dynamics/scene/constraint_coordinate_coupling.hpp"
 #include "dynamics/scene/constraint_coordinate_function.hpp"
 #include "dynamics/scene/constraint_distance.hpp"
@@ -32,12 +34,18 @@ using ConstraintKind =
     std::variant<PointOnPoint, PointOnLine, PointOnCurve, PointOnPlane, Distance, AngleConstraint,
                  CoordinateCoupling, CoordinateFunction, WeldConstraint, FunctionConstraint, RollingDisc,
                  RollingSphere, KnifeEdge, Limit, Rope, SphereOverPlane, CapsuleOverPlane, BoxOverPlane,
-                 SphereOverSphere, CapsuleOverCapsule>;
+                 SphereOverSphere, CapsuleOverCapsule, ConvexOverPlane, ConvexOverConvex>;
 
 /// Kinds whose rows are unilateral contacts (contact.hpp).
 template <class Kind>
 concept Unilateral = requires {
   Kind::contact_rows;
+};
+
+/// Contacts whose rows hold only within a step of time stepping: they have no accelerations between events.
+template <class Kind>
+concept TimeStepping = requires {
+  Kind::time_stepping;
 };
 
 /// Kinds whose last `kinematic_rows` rows are nonholonomic: they constrain velocities only, and no function
@@ -70,13 +78,15 @@ inline int kinematic_row_count(const ConstraintKind& kind) {
       kind);
 }
 
-/// Sum of the two radii of touching spheres or capsules, m: their gap is a distance minus this sum. 0 for
-/// kinds without two radii.
+/// Sum of the two radii of touching spheres or capsules, m: their gap is a distance minus this sum. Of convex
+/// shapes, the sum of the radii of their inscribed spheres. 0 for kinds without two radii.
 inline double radii_of(const ConstraintKind& kind) {
   return std::visit(
       [](const auto& k) {
         if constexpr (requires { k.radii; })
           return k.radii.a + k.radii.b;
+        else if constexpr (requires { k.inscribed(); })
+          return k.inscribed();
         else
           return 0.;
       },

@@ -82,6 +82,10 @@ struct ActionSites::FieldVisitor {
   void operator()(std::string_view field, const Range& range) {
     finite(field, std::isfinite(range.lower) && std::isfinite(range.upper));
   }
+  void operator()(std::string_view field, const Shape& shape) {  // (their sizes: see complaint)
+    finite(field, shape.position.allFinite() && shape.orientation.coeffs().allFinite());
+    sites.farthest_ = std::max(sites.farthest_, shape.position.norm());
+  }
   void operator()(std::string_view, Axes) {}
   void operator()(std::string_view, bool) {}
 };
@@ -155,7 +159,7 @@ Result<void> ActionSites::add_constraints() {
           kind.fields(kind, Normaliser{});
           if constexpr (requires { kind.prepare(); }) kind.prepare();
           if constexpr (Unilateral<std::decay_t<decltype(kind)>>)
-            add_contacts(kind.rows, kind.contact_rows, system_);
+            add_contacts(system_.constraints.back().row_count, kind.contact_rows, system_);
         },
         system_.parameters.constraints.back().kind);
   }

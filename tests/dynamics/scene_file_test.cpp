@@ -120,9 +120,12 @@ struct Compare {
   void operator()(const ClosedMesh& a, const ClosedMesh& b) {
     (*this)(a.vertices, b.vertices), (*this)(a.triangles, b.triangles);
   }
+  void operator()(const Shape& a, const Shape& b) {
+    (*this)(a.form, b.form), (*this)(a.position, b.position);
+    (*this)(a.orientation.coeffs(), b.orientation.coeffs());
+  }
   void operator()(const ShapeElement& a, const ShapeElement& b) {
-    (*this)(a.shape.form, b.shape.form), (*this)(a.shape.position, b.shape.position);
-    (*this)(a.shape.orientation.coeffs(), b.shape.orientation.coeffs());
+    (*this)(a.shape, b.shape);
     (*this)(a.density, b.density), (*this)(a.mass, b.mass);
   }
   void operator()(const Solid& a, const Solid& b) {
@@ -300,7 +303,12 @@ Scene varied(unsigned seed) {
                                     positive(),
                                     positive(),
                                     positive(),
-                                    {positive(), positive()}}}};
+                                    {positive(), positive()}}},
+      {"drum",
+       ConvexOverPlane{
+           {"first"}, {Cylinder{positive(), positive()}, vector(), q}, {w, -Vector3d::UnitX()}, {0, 1}, {}}},
+      {"bricks", ConvexOverConvex{
+                     {"first"}, {"second"}, {Box{vector()}, vector(), q}, {mesh}, {positive(), 1}, {}, {}}}};
   return scene;
 }
 

@@ -10,7 +10,7 @@
 #include <numbers>
 #include <sstream>
 
-#include "dynamics/formats/convex_hull.hpp"
+#include "dynamics/scene/convex_hull.hpp"
 #include "dynamics/formats/model_file.hpp"
 #include "tests/dynamics/test_folder.hpp"
 

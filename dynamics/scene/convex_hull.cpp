@@ -1,4 +1,4 @@
-#include "dynamics/formats/convex_hull.hpp"
+#include "dynamics/scene/convex_hull.hpp"
 
 #include <fmt/core.h>
 

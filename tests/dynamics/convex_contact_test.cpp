@@ -1,0 +1,478 @@
+// Contacts of convex shapes: distances against closed forms, against points of both shapes that prove them,
+// and against MuJoCo; their rows against central differences; motions against closed forms.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+
+#include <fmt/ranges.h>
+
+#include "dynamics/constraints/local_coordinates.hpp"
+#include "dynamics/contacts/pass_through.hpp"
+#include "dynamics/equations/convex_touch.hpp"
+#include "dynamics/equations/equations.hpp"
+#include "scenes.hpp"
+
+#ifdef BORELLI_MUJOCO
+#include "mujoco_model.hpp"
+#endif
+
+namespace borelli::test::convex_contact_test {
+namespace {
+
+constexpr double g = 9.81;
+
+Shape at_origin(const Form& form) { return {form, Vector3d::Zero(), Eigen::Quaterniond::Identity()}; }
+
+ClosedMesh points_on_ball(Random& random, int count) {
+  ClosedMesh out;
+  for (int i = 0; i < count; ++i)
+    out.vertices.push_back(
+        0.5 * Vector3d(random.number(-1, 1), random.number(-1, 1), random.number(-1, 1)).normalized());
+  return out;
+}
+
+/// Number 0 to 5: box, sphere, cylinder, ellipsoid, capsule, hull of 12 points.
+Form random_form(Random& random, int number) {
+  const auto size = [&] { return random.number(0.15, 0.5); };
+  switch (number) {
+    case 0:
+      return Box{2 * Vector3d(size(), size(), size())};
+    case 1:
+      return Sphere{size()};
+    case 2:
+      return Cylinder{size(), 2 * size()};
+    case 3:
+      return Ellipsoid{Vector3d(size(), size(), size())};
+    case 4:
+      return Capsule{size(), 2 * size()};
+    default:
+      return points_on_ball(random, 12);
+  }
+}
+
+Pose random_pose(Random& random, double distance) {
+  const Vector3d way(random.number(-1, 1), random.number(-1, 1), random.number(-1, 1));
+  const Vector3d axis(random.number(-1, 1), random.number(-1, 1), random.number(-1, 1));
+  return {rotation_about(axis.normalized(), random.number(-3, 3)), distance * way.normalized()};
+}
+
+struct Placed {
+  Form form;
+  std::shared_ptr<const Convex> convex;
+  Pose X;
+};
+
+struct TestPair {
+  Placed a, b;
+  int count = 8;
+  ConvexTouch touch() const { return touch_of(*a.convex, a.X, *b.convex, b.X, count); }
+};
+
+/// Two shapes; a moved away from b until their gap is `gap`.
+TestPair pair_at(Random& random, int first, int second, double gap) {
+  const Form fa = random_form(random, first), fb = random_form(random, second);
+  TestPair out{{fa, make_convex(at_origin(fa)), random_pose(random, 1)},
+               {fb, make_convex(at_origin(fb)), random_pose(random, 0)},
+               std::min(most_contacts(fa), most_contacts(fb))};
+  const Vector3d way = out.a.X.p;
+  double low = 0, high = 4;
+  for (int i = 0; i < 60; ++i) {
+    out.a.X.p = 0.5 * (low + high) * way;
+    (out.touch().gap < gap ? low : high) = 0.5 * (low + high);
+  }
+  return out;
+}
+
+/// How far a point lies outside a shape, by its equation; about: exact on the surface.
+double outside(const Placed& one, const Vector3d& p_W) {
+  const Vector3d p = one.X.inverse() * p_W;
+  if (const auto* box = std::get_if<Box>(&one.form)) return (p.cwiseAbs() - box->size / 2).maxCoeff();
+  if (const auto* sphere = std::get_if<Sphere>(&one.form)) return p.norm() - sphere->radius;
+  if (const auto* cylinder = std::get_if<Cylinder>(&one.form))
+    return std::max(std::hypot(p.x(), p.y()) - cylinder->radius, std::abs(p.z()) - cylinder->length / 2);
+  if (const auto* ellipsoid = std::get_if<Ellipsoid>(&one.form))
+    return (p.cwiseQuotient(ellipsoid->radii).norm() - 1) * ellipsoid->radii.minCoeff();
+  if (const auto* capsule = std::get_if<Capsule>(&one.form)) {
+    const double z = std::clamp(p.z(), -capsule->length / 2, capsule->length / 2);
+    return (p - Vector3d(0, 0, z)).norm() - capsule->radius;
+  }
+  double most = -1;
+  for (const ConvexFace& face : one.convex->faces)
+    most = std::max(most, face.normal.dot(p - one.convex->vertices[std::size_t(face.corners[0])]));
+  return most;
+}
+
+/// A point of the shape: from its surface at random.
+Vector3d some_point(const Placed& one, Random& random) {
+  const Vector3d d(random.number(-1, 1), random.number(-1, 1), random.number(-1, 1));
+  double low = 0, high = 2;
+  for (int i = 0; i < 50; ++i)
+    (outside(one, one.X * Vector3d(0.5 * (low + high) * d)) < 0 ? low : high) = 0.5 * (low + high);
+  return one.X * Vector3d(low * d);
+}
+
+// A gap is proven from both sides: no point of one shape is farther across the plane than it says, and two
+// points of the shapes are as near as it says.
+TEST(ConvexTouch, GapsAreProvenByPointsOfBothShapes) {
+  Random random(1);
+  for (int first = 0; first < 6; ++first)
+    for (int second = 0; second <= first; ++second)
+      for (int trial = 0; trial < 12; ++trial) {
+        const double wanted = trial % 3 == 0 ? 1e-9 : random.number(0, 0.1);
+        const TestPair pair = pair_at(random, first, second, wanted);
+        const ConvexTouch touch = pair.touch();
+        const std::string which = fmt::format("{} on {}, trial {}", first, second, trial);
+        ASSERT_NEAR(touch.gap, wanted, 1e-9) << which;
+        EXPECT_NEAR(touch.normal.norm(), 1, 1e-12);
+        double low = 1e9, high = -1e9;
+        for (int i = 0; i < 300; ++i) {
+          low = std::min(low, touch.normal.dot(some_point(pair.a, random)));
+          high = std::max(high, touch.normal.dot(some_point(pair.b, random)));
+        }
+        EXPECT_GE(low - high, touch.gap - 1e-9) << which;
+        double nearest = 1e9;
+        const bool on_b = touch.flat == ConvexTouch::Flat::a;
+        for (const ConvexPoint& point : touch.points) {
+          if (!point.used || point.gap > touch.gap + 1e-8) continue;
+          const Vector3d other = point.p + (on_b ? 1 : -1) * point.gap * touch.normal;
+          nearest = std::min(nearest, std::max(outside(on_b ? pair.b : pair.a, point.p),
+                                               outside(on_b ? pair.a : pair.b, other)));
+        }
+        // a cylinder's end is a polygon of 24 corners in clipping, inside its rim
+        EXPECT_LE(nearest, 1e-8) << which;
+      }
+}
+
+TEST(ConvexTouch, EqualsClosedFormsOfSpheresBoxesAndCapsules) {
+  Random random(2);
+  for (int trial = 0; trial < 40; ++trial) {
+    // a sphere and a box: the nearest point of the box by clamping
+    const TestPair pair = pair_at(random, 1, 0, random.number(0, 0.1));
+    const Vector3d half = std::get<Box>(pair.b.form).size / 2, c = pair.b.X.inverse() * pair.a.X.p;
+    const Vector3d d = c - c.cwiseMax(-half).cwiseMin(half);
+    const ConvexTouch touch = pair.touch();
+    EXPECT_NEAR(touch.gap, d.norm() - std::get<Sphere>(pair.a.form).radius, 1e-12);
+    EXPECT_LT((touch.normal - pair.b.X.R * d.normalized()).norm(), 1e-9);
+    // two capsules
+    const TestPair rods = pair_at(random, 4, 4, random.number(0, 0.1));
+    const auto end = [](const Placed& one, double side) {
+      return Vector3d(one.X * Vector3d(0, 0, side * std::get<Capsule>(one.form).length / 2));
+    };
+    EXPECT_NEAR(rods.touch().gap,
+                segment_distance(end(rods.a, -1), end(rods.a, 1), end(rods.b, -1), end(rods.b, 1)) -
+                    std::get<Capsule>(rods.a.form).radius - std::get<Capsule>(rods.b.form).radius,
+                1e-12);
+    // a box over a plane: its lowest corner
+    const Vector3d on(0.1, 0.2, 0.3), n = random_pose(random, 1).p;
+    double lowest = 1e9;
+    for (int k = 0; k < 8; ++k) {
+      const Vector3d corner(k & 1 ? 1 : -1, k & 2 ? 1 : -1, k & 4 ? 1 : -1);
+      lowest = std::min(lowest, n.dot(pair.b.X * Vector3d(half.cwiseProduct(corner)) - on));
+    }
+    EXPECT_NEAR(touch_of_plane(*pair.b.convex, pair.b.X, on, n, n.unitOrthogonal(), 8).gap, lowest, 1e-13);
+  }
+}
+
+TEST(ConvexTouch, BoxesFaceToFaceTouchAtTheCornersOfTheSharedArea) {
+  const Form plank = Box{{2, 0.2, 0.1}}, beam = Box{{0.3, 1, 0.2}};
+  const auto a = make_convex(at_origin(plank)), b = make_convex(at_origin(beam));
+  const ConvexTouch touch =
+      touch_of(*a, {Matrix3d::Identity(), {0.1, 0, 0.15 + 1e-6}}, *b, {Matrix3d::Identity(), {0, 0, 0}}, 8);
+  EXPECT_LT((touch.normal - Vector3d::UnitZ()).norm(), 1e-12);
+  int corners = 0;
+  for (const ConvexPoint& point : touch.points) {
+    if (!point.used) continue;
+    ++corners;
+    EXPECT_NEAR(point.gap, 1e-6, 1e-12);
+    EXPECT_NEAR(std::abs(point.p.x()), 0.15, 1e-12);
+    EXPECT_NEAR(std::abs(point.p.y()), 0.1, 1e-12);
+  }
+  EXPECT_EQ(corners, 4);
+}
+
+Solid body_of(const std::string& name, double mass, const Form& form, const Pose& X) {
+  Solid out;
+  out.name = name;
+  out.parent = "world";
+  out.switches = free_switches(name);
+  for (int i = 0; i < 3; ++i) out.switches[std::size_t(i)].q = {X.p[i]};
+  const Quaternion q = quaternion(X.R);
+  out.switches[3].q = {q[0], q[1], q[2], q[3]};
+  out.inertials = {need(inertial_of_mass(at_origin(form), mass))};
+  return out;
+}
+
+Constraint meets(const std::string& a, const Form& fa, const std::string& b, const Form& fb, double friction,
+                 double restitution = 0) {
+  return {a + " on " + b,
+          ConvexOverConvex{{a}, {b}, at_origin(fa), at_origin(fb), {restitution, friction}, {}, {}}};
+}
+
+Constraint on_floor(const std::string& a, const Form& form, double friction) {
+  return {a + " on floor", ConvexOverPlane{{a}, at_origin(form), {}, {0, friction}, {}}};
+}
+
+#ifdef BORELLI_MUJOCO
+
+/// MuJoCo's least distance of the two geoms; nothing: it sees no contact.
+std::optional<double> of_mujoco(const TestPair& pair) {
+  const auto geom = [](const Placed& one) {
+    const Quaternion q = quaternion(one.X.R);
+    std::string form;
+    if (const auto* box = std::get_if<Box>(&one.form))
+      form = fmt::format("'box' size='{:.17g}'", fmt::join(Vector3d(box->size / 2), " "));
+    if (const auto* sphere = std::get_if<Sphere>(&one.form))
+      form = fmt::format("'sphere' size='{:.17g}'", sphere->radius);
+    if (const auto* c = std::get_if<Cylinder>(&one.form))
+      form = fmt::format("'cylinder' size='{:.17g} {:.17g}'", c->radius, c->length / 2);
+    if (const auto* c = std::get_if<Capsule>(&one.form))
+      form = fmt::format("'capsule' size='{:.17g} {:.17g}'", c->radius, c->length / 2);
+    if (const auto* e = std::get_if<Ellipsoid>(&one.form))
+      form = fmt::format("'ellipsoid' size='{:.17g}'", fmt::join(e->radii, " "));
+    return fmt::format("<body pos='{:.17g}' quat='{:.17g}'><freejoint/><geom type={}/></body>",
+                       fmt::join(one.X.p, " "), fmt::join(q, " "), form);
+  };
+  Mujoco mujoco = Mujoco::of("<mujoco><worldbody>" + geom(pair.a) + geom(pair.b) + "</worldbody></mujoco>");
+  mujoco.model->opt.disableflags &= ~(mjDSBL_CONSTRAINT | mjDSBL_CONTACT);
+  mj_fwdPosition(mujoco.model, mujoco.data);
+  if (mujoco.data->ncon == 0) return std::nullopt;
+  double least = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < mujoco.data->ncon; ++i) least = std::min(least, double(mujoco.data->contact[i].dist));
+  return least;
+}
+
+TEST(ConvexTouch, OverlapsWhereMujocoSeesContacts) {
+  Random random(4);
+  for (int first = 0; first < 5; ++first)
+    for (int second = 0; second <= first; ++second)
+      for (int trial = 0; trial < 10; ++trial) {
+        const double gap = (trial % 2 ? 1 : -1) * random.number(1e-4, 0.02);
+        const TestPair pair = pair_at(random, first, second, gap);
+        const auto found = of_mujoco(pair);
+        const std::string which = fmt::format("{} on {}, trial {}, gap {}", first, second, trial, gap);
+        ASSERT_EQ(found.has_value(), gap < 0) << which;
+        if (!found) continue;
+        // MuJoCo's search for the depth of round shapes ends in a direction near that of the least depth, so
+        // that it overestimates; its own tolerance is 1e-6
+        EXPECT_LE(*found, gap + 2e-6) << which;
+        if (first == 1) EXPECT_NEAR(*found, gap, 1e-9) << which;  // closed forms there
+      }
+}
+
+#endif
+
+class ConvexRows : public testing::TestWithParam<std::tuple<int, int>> {};
+
+// Central differences of the gap and its rate. Points of a contact that may jump to another corner are left
+// out: those whose gap changes by more than the motion can do.
+TEST_P(ConvexRows, AreTheDerivativesOfTheGap) {
+  const auto [first, second] = GetParam();
+  Random random(unsigned(10 * first + second + 3));
+  int compared = 0;
+  for (int trial = 0; trial < 6; ++trial) {
+    TestPair pair = pair_at(random, first, second, 0.02);
+    Scene scene;
+    scene.solids = {body_of("a", 1, Sphere{1}, pair.a.X), body_of("b", 1, Sphere{1}, pair.b.X)};
+    scene.constraints = {meets("a", pair.a.form, "b", pair.b.form, 0.5)};
+    const System system = compiled(scene);
+    State state = system.initial;
+    for (double& v : state.v) v = random.number(-1, 1);
+    const auto rows_at = [&](const Eigen::VectorXd& x) {
+      Eigen::VectorXd q = state.q;
+      from_local_coordinates(system, state.q.data(), x.data(), q.data());
+      Kinematics kinematics(system);
+      update_kinematics(system, system.parameters, 0, q.data(), state.v.data(), kinematics);
+      ConstraintRows rows(system);
+      rows.every_row = true;
+      scan_constraints(system, system.parameters, kinematics, rows);
+      return rows;
+    };
+    // differences err by h^2 times third derivatives (some 100 for the smallest roundness) and rounding / h
+    const double h = 1e-5, tolerance = 1e-6;
+    const ConstraintRows now = rows_at(0 * state.v), behind = rows_at(-h * state.v),
+                         ahead = rows_at(h * state.v);
+    for (const Contact& c : system.contacts) {
+      const double bend = ahead.h[c.row] + behind.h[c.row] - 2 * now.h[c.row];
+      if (now.L.row(c.row).isZero(0) || std::abs(bend) > 1e-7) continue;
+      EXPECT_NEAR(now.rate[c.row], (ahead.h[c.row] - behind.h[c.row]) / (2 * h), tolerance) << trial;
+      EXPECT_NEAR(now.E[c.row], (ahead.rate[c.row] - behind.rate[c.row]) / (2 * h), 20 * tolerance) << trial;
+      for (int i = 0; i < system.nv; ++i) {
+        const Eigen::VectorXd x = h * Eigen::VectorXd::Unit(system.nv, i);
+        EXPECT_NEAR(now.L(c.row, i), (rows_at(x).h[c.row] - rows_at(-x).h[c.row]) / (2 * h), tolerance)
+            << trial;
+      }
+      ++compared;
+    }
+  }
+  EXPECT_GE(compared, 4);
+}
+
+INSTANTIATE_TEST_SUITE_P(Pairs, ConvexRows,
+                         testing::Values(std::tuple(0, 0), std::tuple(1, 0), std::tuple(3, 0),
+                                         std::tuple(3, 1), std::tuple(3, 3), std::tuple(4, 0),
+                                         std::tuple(2, 0), std::tuple(2, 3), std::tuple(2, 4),
+                                         std::tuple(5, 3)));
+
+TEST(ConvexContacts, BoxSlidesOnAFixedBoxByCoulombsLaw) {
+  const double tilt = 0.5;
+  const Form table = Box{{20, 2, 1}}, block = Box{{0.4, 0.4, 0.2}};
+  for (const double friction : {0.3, 0.7}) {  // tan(0.5) = 0.546
+    Scene scene;
+    scene.gravity = {g * std::sin(tilt), 0, -g * std::cos(tilt)};
+    scene.solids = {body_of("block", 2, block, {Matrix3d::Identity(), {0, 0, 0.6}})};
+    scene.constraints = {meets("block", block, world_name, table, friction)};
+    const Trajectory path = run(scene, settings("moreau", 1, 1e-3));
+    const double a = std::max(0., g * (std::sin(tilt) - friction * std::cos(tilt)));
+    EXPECT_NEAR(last(path.q)[0], a / 2, 1e-6) << friction;
+    EXPECT_NEAR(last(path.q)[2], 0.6, 1e-6) << friction;
+    EXPECT_TRUE(path.certificate.trusted) << path.certificate.reason;
+    EXPECT_NEAR(path.certificate.work_events, -2 * g * std::cos(tilt) * friction * a / 2, 1e-5) << friction;
+  }
+}
+
+// A block of width w and height h that cannot slide tips if the slope exceeds w / h.
+TEST(ConvexContacts, BoxTipsBeyondWidthOverHeight) {
+  const double w = 0.2, h = 0.4;
+  const Form table = Box{{5, 5, 1}}, block = Box{{w, 0.3, h}};
+  for (const double factor : {0.98, 1.02}) {
+    const double tilt = std::atan(factor * w / h);
+    Scene scene;
+    scene.gravity = {g * std::sin(tilt), 0, -g * std::cos(tilt)};
+    scene.solids = {body_of("block", 2, block, {Matrix3d::Identity(), {0, 0, 0.5 + h / 2}})};
+    scene.constraints = {meets("block", block, world_name, table, 2)};
+    const Trajectory path = run(scene, settings("moreau", 0.5, 1e-3));
+    const double turned = std::abs(last(path.q)[5]);  // the quaternion's y
+    if (factor < 1)
+      EXPECT_LT(turned, 1e-6);
+    else
+      // about the edge: I angle'' = m g (h/2 sin - w/2 cos), which grows as cosh: at least a t^2 / 2
+      EXPECT_GT(2 * turned, 0.5 * g * (h / 2 * std::sin(tilt) - w / 2 * std::cos(tilt)) /
+                                ((w * w + h * h) / 3) * 0.25 * 0.98);
+    EXPECT_TRUE(path.certificate.trusted) << path.certificate.reason;
+  }
+}
+
+TEST(ConvexContacts, CylinderRollsDownASlopeAtTwoThirds) {
+  const double tilt = 0.2, radius = 0.1;
+  const Form log = Cylinder{radius, 0.5};
+  const Pose lying{rotation_about(Vector3d::UnitX(), std::numbers::pi / 2), {0, 0, radius}};
+  for (const bool on_box : {false, true}) {
+    Scene scene;
+    scene.gravity = {g * std::sin(tilt), 0, -g * std::cos(tilt)};
+    scene.solids = {body_of("log", 3, log, lying)};
+    if (on_box) {
+      scene.solids[0].switches[2].q = {0.5 + radius};
+      scene.constraints = {meets("log", log, world_name, Box{{10, 10, 1}}, 0.5)};
+    } else {
+      scene.constraints = {on_floor("log", log, 0.5)};
+    }
+    const Trajectory path = run(scene, settings("moreau", 1, 1e-3));
+    EXPECT_NEAR(last(path.v)[0], 2. / 3 * g * std::sin(tilt), 1e-5) << on_box;
+    EXPECT_NEAR(last(path.q)[0], 1. / 3 * g * std::sin(tilt), 1e-5) << on_box;
+    EXPECT_TRUE(path.certificate.trusted) << path.certificate.reason;
+  }
+}
+
+// An ellipsoid rests on the end of its shortest half axis c. Rocking in the plane of a and c without slip, the
+// potential of small turns is m g (a^2 / c - c) / 2 angle^2, the inertia about the contact I + m c^2.
+TEST(ConvexContacts, EllipsoidRocksWithTheClosedPeriod) {
+  const double a = 0.3, b = 0.2, c = 0.15, m = 2, start = 0.01;
+  const Form egg = Ellipsoid{{a, b, c}};
+  const double I = m * (a * a + c * c) / 5;
+  const double period = 2 * std::numbers::pi * std::sqrt((I + m * c * c) / (m * g * (a * a / c - c)));
+  Scene scene;
+  const Matrix3d R = rotation_about(Vector3d::UnitY(), start);
+  const double height = Vector3d(R.transpose() * Vector3d::UnitZ()).cwiseProduct(Vector3d(a, b, c)).norm();
+  scene.solids = {body_of("egg", m, egg, {R, {0, 0, height}})};
+  scene.constraints = {on_floor("egg", egg, 1)};
+  SimulationSettings how = settings("moreau", 3.5 * period, 1e-3 * period);
+  how.output_interval = how.step;
+  const Trajectory path = run(scene, how);
+  EXPECT_TRUE(path.certificate.trusted) << path.certificate.reason;
+  std::vector<double> passes;  // falling through zero
+  for (Eigen::Index row = 1; row < path.q.rows(); ++row) {
+    const double before = path.q(row - 1, 5), now = path.q(row, 5);
+    if (before > 0 && now <= 0)
+      passes.push_back(path.times[std::size_t(row)] - how.step * now / (now - before));
+  }
+  ASSERT_GE(passes.size(), 3u);
+  // amplitude 0.01: the period differs by about its square; the scheme's step is a thousandth of a period
+  EXPECT_NEAR((passes[2] - passes[0]) / 2, period, 1e-3 * period);
+}
+
+TEST(ConvexContacts, StackOfFiveBoxesRestsAndCarriesItsWeight) {
+  const Form brick = Box{{0.4, 0.3, 0.2}};
+  Scene scene;
+  for (int i = 0; i < 5; ++i) {
+    // turned against each other: the shared areas have eight corners
+    scene.solids.push_back(body_of(fmt::format("b{}", i), 1 + i, brick,
+                                   {rotation_about(Vector3d::UnitZ(), 0.4 * i), {0, 0, 0.1 + 0.2 * i}}));
+    scene.constraints.push_back(
+        i == 0 ? on_floor("b0", brick, 0.5)
+               : meets(fmt::format("b{}", i), brick, fmt::format("b{}", i - 1), brick, 0.5));
+  }
+  SimulationSettings how = settings("moreau", 1, 2e-3);
+  how.output_interval = 0.1;
+  const Trajectory path = run(scene, how);
+  EXPECT_TRUE(path.certificate.trusted) << path.certificate.reason;
+  EXPECT_LT((path.q.bottomRows(1) - path.q.topRows(1)).cwiseAbs().maxCoeff(), 1e-6);
+  const System system = compiled(scene);
+  for (int i = 0; i < 5; ++i) {
+    double above = 0, force = 0;
+    for (int j = i; j < 5; ++j) above += 1 + j;
+    for (const Contact& c : system.contacts)
+      if (c.constraint == i) force += path.multipliers(path.multipliers.rows() - 1, c.row);
+    EXPECT_NEAR(force, above * g, 1e-5 * above * g) << i;
+  }
+}
+
+TEST(ConvexContacts, HeapOfAllShapesLosesEnergyAndPassesNothing) {
+  const std::vector<Form> forms{Box{{0.3, 0.2, 0.2}}, Cylinder{0.1, 0.3}, Ellipsoid{{0.15, 0.1, 0.1}},
+                                Capsule{0.08, 0.2}, Box{{0.2, 0.2, 0.3}}};
+  Scene scene;
+  for (std::size_t i = 0; i < forms.size(); ++i) {
+    const std::string name = fmt::format("s{}", i);
+    scene.solids.push_back(body_of(name, 1, forms[i],
+                                   {rotation_about(Vector3d(1, 2, 3).normalized(), double(i)),
+                                    {0.05 * double(i % 2), 0.03 * double(i), 0.3 + 0.45 * double(i)}}));
+    scene.constraints.push_back(on_floor(name, forms[i], 0.4));
+    for (std::size_t j = 0; j < i; ++j)
+      scene.constraints.push_back(meets(name, forms[i], fmt::format("s{}", j), forms[j], 0.4));
+  }
+  SimulationSettings how = settings("moreau", 1.5, 1e-3);
+  how.output_interval = 0.05;
+  const Trajectory path = run(scene, how);
+  EXPECT_TRUE(path.certificate.trusted) << path.certificate.reason;
+  const double start = path.kinetic[0] + path.potential[0];
+  for (std::size_t row = 0; row < path.times.size(); ++row)
+    EXPECT_LE(path.kinetic[Eigen::Index(row)] + path.potential[Eigen::Index(row)],
+              start + 1e-3 * std::abs(start));
+}
+
+TEST(ConvexContacts, MethodsBetweenEventsRefuseThem) {
+  Scene scene;
+  scene.solids = {body_of("egg", 1, Sphere{0.1}, {Matrix3d::Identity(), {0, 0, 1}})};
+  scene.constraints = {on_floor("egg", Ellipsoid{{0.1, 0.1, 0.1}}, 0)};
+  scene.simulation = settings("dop853", 1, 1e-2);
+  const auto path = simulate(compiled(scene));
+  ASSERT_FALSE(path);
+  EXPECT_EQ(path.error().message(),
+            "constraint 'egg on floor': contacts of convex shapes need the method moreau; found dop853");
+}
+
+TEST(ConvexContacts, ImpossibleShapesAreRefused) {
+  Scene scene;
+  scene.solids = {body_of("egg", 1, Sphere{0.1}, {Matrix3d::Identity(), {0, 0, 1}})};
+  scene.constraints = {on_floor("egg", Cone{0.1, 0.2}, 0)};
+  EXPECT_NE(compile(scene).error().message().find("a cone cannot be in a contact"), std::string::npos);
+  scene.constraints = {on_floor("egg", Box{{0.1, -1, 0.2}}, 0)};
+  EXPECT_FALSE(compile(scene));
+  scene.constraints = {on_floor("egg", ClosedMesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}}, {}}, 0)};
+  EXPECT_FALSE(compile(scene));
+}
+
+}  // namespace
+}  // namespace borelli::test::convex_contact_test
