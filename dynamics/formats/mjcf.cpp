@@ -186,14 +186,15 @@ class MjcfReader {
       model_.not_modelled.motion.push_back(fmt::format(
           "torsional and rolling friction (condim 4 and 6) of {} pairs of geoms", found.twisting));
     if (found.crowded > 0)
-      model_.not_modelled.motion.push_back(fmt::format(
-          "contacts of {} pairs of spheres and capsules, too many for dense rows of {:.0f} coordinates: they "
-          "pass through each other",
-          found.crowded, freedoms()));
+      model_.not_modelled.motion.push_back(
+          fmt::format("contacts of {} pairs of geoms, too many for dense rows of {:.0f} coordinates: they "
+                      "pass through each "
+                      "other",
+                      found.crowded, freedoms()));
     if (found.without.size() > found.crowded)
       model_.not_modelled.motion.push_back(fmt::format(
           "contacts of {} pairs of geoms that may touch, such as {} and {}: they pass through each other; "
-          "only contacts of spheres and capsules, and of boxes over planes, are modelled",
+          "contacts of height fields, and of meshes whose files cannot be read, are not modelled",
           found.without.size() - found.crowded, found.first.first, found.first.second));
     for (TouchablePair& pair : found.without) model_.without_contact.push_back(std::move(pair));
   }

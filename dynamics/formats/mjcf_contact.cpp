@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "dynamics/formats/mjcf_edit.hpp"
+#include "dynamics/scene/convex.hpp"
 #include "process/memory.hpp"
 
 namespace borelli {
@@ -43,6 +44,11 @@ Touchable touchable(const std::string& words, const std::string& solid, const Mj
   return out;
 }
 
+/// What collides: the shape, or the hull of a mesh; null: none.
+const Shape* form_of(const MjcfGeom& geom) {
+  return geom.shape ? &geom.shape->shape : geom.hull ? &*geom.hull : nullptr;
+}
+
 /// Whether the geom is a sphere or a capsule.
 bool is_rounded(const MjcfGeom& geom) {
   return geom.shape && (std::holds_alternative<Sphere>(geom.shape->shape.form) ||
@@ -56,6 +62,15 @@ ConstraintKind between_rounded(const Touchable& over, const Touchable& under, co
   const Radii radii{a.radius, b.radius};
   if (a.length == 0 && b.length == 0) return SphereOverSphere{at_a, at_b, radii, rubs};
   return CapsuleOverCapsule{at_a, at_b, a.axis, b.axis, a.length, b.length, radii, rubs};
+}
+
+enum class Modelled { not_at_all, over_plane, rounded, convex };
+
+Modelled modelled(const MjcfGeom& a, const MjcfGeom& b) {
+  const Shape *of_a = form_of(a), *of_b = form_of(b);
+  if ((a.plane && of_b) || (b.plane && of_a)) return Modelled::over_plane;
+  if (!of_a || !of_b) return Modelled::not_at_all;
+  return is_rounded(a) && is_rounded(b) ? Modelled::rounded : Modelled::convex;
 }
 
 }  // namespace
@@ -138,8 +153,8 @@ MjcfContacts::Rubbing MjcfContacts::between(const Surface& a, const Surface& b) 
 
 std::vector<ConstraintKind> MjcfContacts::over_plane(const Surface& over, const Plane& plane,
                                                      const ContactSurface& rubs) {
-  if (!over.geom.shape) return {};
-  const Shape& shape = over.geom.shape->shape;
+  if (!form_of(over.geom)) return {};
+  const Shape& shape = *form_of(over.geom);
   const Matrix3d turn = shape.orientation.toRotationMatrix();
   const SolidPoint centre{over.body.solid, shape.position};
   if (const auto* sphere = std::get_if<Sphere>(&shape.form))
@@ -147,7 +162,7 @@ std::vector<ConstraintKind> MjcfContacts::over_plane(const Surface& over, const 
   if (const auto* capsule = std::get_if<Capsule>(&shape.form))
     return {CapsuleOverPlane{centre, turn.col(2), capsule->length, capsule->radius, plane, rubs}};
   const auto* box = std::get_if<Box>(&shape.form);
-  if (!box) return {};
+  if (!box) return {ConvexOverPlane{{over.body.solid}, shape, plane, rubs, {}}};
   if (turn.isIdentity(1e-12)) return {BoxOverPlane{centre, box->size, plane, rubs}};
   std::vector<ConstraintKind> corners;  // a box rotated in its solid: one contact per corner
   for (int k = 0; k < 8; ++k) {
@@ -158,9 +173,8 @@ std::vector<ConstraintKind> MjcfContacts::over_plane(const Surface& over, const 
   return corners;
 }
 
-// The surfaces that may touch any other. Refuses more pairs of them than fit into memory. `crowded`: whether
-// their contacts are too many for dense rows.
-std::vector<const MjcfContacts::Surface*> MjcfContacts::touching(double freedoms, bool& crowded) const {
+// The surfaces that may touch any other. Refuses more pairs of them than fit into memory.
+std::vector<const MjcfContacts::Surface*> MjcfContacts::touching(double freedoms, Crowds& crowds) const {
   constexpr std::size_t most_surfaces = 20000;  // every pair is tested
   constexpr double pair_size = 1500;            // bytes
   constexpr const char* way_round = "<flag contact=\"disable\"/> in <option> switches contacts off";
@@ -170,18 +184,20 @@ std::vector<const MjcfContacts::Surface*> MjcfContacts::touching(double freedoms
   if (out.size() > most_surfaces)
     root_.refuse(fmt::format("has {} geoms that may touch others, expected at most {}; {}", out.size(),
                              most_surfaces, way_round));
-  std::size_t pairs = 0, contacts = 0;
-  const auto has_contact = [](const MjcfGeom& a, const MjcfGeom& b) {
-    const bool over_plane = a.plane ? b.shape.has_value() : b.plane && a.shape;
-    return over_plane || (is_rounded(a) && is_rounded(b));
-  };
+  std::size_t pairs = 0, contacts = 0, convex = 0;
   for (std::size_t i = 0; i < out.size(); ++i)
     for (std::size_t j = 0; j < i; ++j) {
       if (!may_touch(*out[i], *out[j])) continue;
       ++pairs;
-      contacts += has_contact(out[i]->geom, out[j]->geom);
+      const MjcfGeom &a = out[i]->geom, &b = out[j]->geom;
+      const Modelled how = modelled(a, b);
+      if (how == Modelled::convex)
+        convex += std::size_t(std::min(most_contacts(form_of(a)->form), most_contacts(form_of(b)->form)));
+      else
+        contacts += how != Modelled::not_at_all;
     }
-  crowded = 3. * double(contacts) * freedoms > most_contact_numbers;
+  crowds.rounded = 3. * double(contacts) * freedoms > most_contact_numbers;
+  crowds.convex = 3. * double(contacts + convex) * freedoms > most_contact_numbers;
   auto room = admit_memory(root_.where(), fmt::format("a model of {} pairs of geoms that may touch", pairs),
                            pair_size * double(pairs));
   if (room) return out;
@@ -199,8 +215,8 @@ MjcfContacts::Found MjcfContacts::find(UniqueNames names, double freedoms) const
   const auto label = [](const Surface& s, const std::string& standard) {
     return s.name.empty() ? standard : s.name;
   };
-  bool crowded = false;
-  const std::vector<const Surface*> surfaces = touching(freedoms, crowded);
+  Crowds crowds;
+  const std::vector<const Surface*> surfaces = touching(freedoms, crowds);
   for (std::size_t i = 0; i < surfaces.size(); ++i)
     for (std::size_t j = 0; j < i; ++j) {
       const bool swapped = surfaces[i]->geom.plane.has_value();
@@ -210,21 +226,28 @@ MjcfContacts::Found MjcfContacts::find(UniqueNames names, double freedoms) const
       const ContactSurface surface{.friction = rubs.dimensions == 1 ? 0 : rubs.friction};
       const Touchable below = touchable(under.words(), under.body.solid, under.geom),
                       above = touchable(over.words(), over.body.solid, over.geom);
+      const Modelled how = modelled(over.geom, under.geom);
+      const bool left_out =
+          (how == Modelled::rounded && crowds.rounded) || (how == Modelled::convex && crowds.convex);
       std::vector<ConstraintKind> kinds;
-      if (below.plane)
+      if (how == Modelled::over_plane)
         kinds = over_plane(over, *below.plane, surface);
-      else if (is_rounded(under.geom) && is_rounded(over.geom)) {
-        if (crowded)
-          ++out.crowded;
-        else
-          kinds = {between_rounded(above, below, surface)};
-      }
+      else if (how == Modelled::rounded && !left_out)
+        kinds = {between_rounded(above, below, surface)};
+      else if (how == Modelled::convex && !left_out)
+        kinds = {ConvexOverConvex{{over.body.solid},
+                                  {under.body.solid},
+                                  *form_of(over.geom),
+                                  *form_of(under.geom),
+                                  surface,
+                                  {},
+                                  {}}};
       const std::string standard = below.plane ? "plane" : under.body.solid;
       for (ConstraintKind& kind : kinds)
         out.contacts.push_back(
             {names.make(fmt::format("{} over {}", label(over, over.body.solid), label(under, standard))),
              std::move(kind)});
-      const bool left_out = crowded && !below.plane && is_rounded(under.geom) && is_rounded(over.geom);
+      out.crowded += left_out;
       if (kinds.empty() && !left_out && out.first.first.empty()) out.first = {below.name, above.name};
       if (kinds.empty())
         out.without.push_back({below, above});

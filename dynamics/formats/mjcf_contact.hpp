@@ -1,5 +1,5 @@
-// MJCF's contacts of the types that a scene supports: spheres and capsules over each other and over planes,
-// boxes over planes.
+// MJCF's contacts: of spheres, capsules, boxes, cylinders, ellipsoids and hulls of meshes, over each other and
+// over planes.
 #pragma once
 
 #include <map>
@@ -38,13 +38,14 @@ class MjcfContacts {
 
   struct Found {
     std::vector<Constraint> contacts;
-    std::vector<TouchablePair> without;  ///< pairs that may touch but have no constraint
-    std::size_t crowded = 0;             ///< how many of these are spheres and capsules, left out as too many
+    std::vector<TouchablePair> without;         ///< pairs that may touch but have no constraint
+    std::size_t crowded = 0;                    ///< how many of these are left out as too many
     std::pair<std::string, std::string> first;  ///< the first pair of `without` that is not modelled
     int twisting = 0;  ///< contact pairs with torsional or rolling friction (condim 4 or 6), not modelled
   };
-  /// Finds all contacts. Names of constraints differ from those in `names`. Contacts of spheres and capsules
-  /// with each other are left out if the rows of all contacts times `freedoms` exceed a limit. Refuses a
+  /// Finds all contacts. Names of constraints differ from those in `names`. Contacts of convex shapes with each
+  /// other are left out if the rows of all contacts times `freedoms` exceed a limit, and those of spheres and
+  /// capsules too if the rest alone exceeds it. Refuses a
   /// <pair> of unknown geoms, and more pairs than memory has room for.
   Found find(UniqueNames names, double freedoms) const;
 
@@ -65,7 +66,11 @@ class MjcfContacts {
   };
   using Names = std::pair<std::string, std::string>;
 
-  std::vector<const Surface*> touching(double freedoms, bool& crowded) const;
+  /// Whether contacts are left out.
+  struct Crowds {
+    bool rounded = false, convex = false;
+  };
+  std::vector<const Surface*> touching(double freedoms, Crowds& crowds) const;
   const Rubbing* pair_of(const Surface& a, const Surface& b) const;
   bool may_touch(const Surface& a, const Surface& b) const;
   Rubbing between(const Surface& a, const Surface& b) const;

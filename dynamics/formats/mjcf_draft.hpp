@@ -23,6 +23,9 @@ struct MjcfForm {
   bool looks_like(const MjcfForm& other) const;
 };
 
+/// The form at the origin; with an empty type if MJCF has none such.
+MjcfForm mjcf_form(const Form& form);
+
 struct MjcfDraft {
   struct Drawn {
     MjcfForm form;

@@ -7,9 +7,9 @@
 #include <set>
 #include <utility>
 
-#include "dynamics/formats/convex_hull.hpp"
 #include "dynamics/formats/mjcf_edit.hpp"
 #include "dynamics/formats/triangle_file.hpp"
+#include "dynamics/scene/convex_hull.hpp"
 
 namespace borelli {
 namespace {
@@ -216,6 +216,7 @@ MjcfGeom MjcfGeoms::read(const XmlElement& geom, bool weighs) {
   if (weighs && s.type != "mesh" && geom.boolean("shellinertia", false))
     geom.refuse("shellinertia", "inertia of a shell is not supported; give the body an <inertial>");
   if (s.type == "mesh" || s.type == "sdf") {
+    if (s.type == "mesh") out.hull = hull_of(geom, s.X);
     if (!weighs) return out;
     Mesh& mesh = mesh_of(geom);
     Inertial own = weight(mesh);
@@ -250,6 +251,33 @@ MjcfGeoms::Mesh& MjcfGeoms::mesh_of(const XmlElement& geom) {
 const ClosedMesh& MjcfGeoms::loaded(Mesh& mesh) const {
   if (!mesh.loaded) mesh.loaded = load(*mesh.asset);
   return *mesh.loaded;
+}
+
+// The hull of a mesh that may touch others, with no more vertices than it has corners.
+std::optional<Shape> MjcfGeoms::hull_of(const XmlElement& geom, const Pose& X) {
+  if (geom.number("contype", 1) == 0 && geom.number("conaffinity", 1) == 0 && !geom.has("name")) return {};
+  Mesh& mesh = mesh_of(geom);
+  if (!mesh.hull && !mesh.no_hull) {
+    mesh.no_hull = true;
+    try {
+      const auto whole = convex_hull(loaded(mesh).vertices, hull_vertices(*mesh.asset));
+      if (!whole) return {};
+      std::map<int, int> numbers;
+      ClosedMesh& kept = mesh.hull.emplace();
+      for (auto triangle : whole->triangles) {
+        for (int& v : triangle) {
+          const auto [number, is_new] = numbers.emplace(v, int(kept.vertices.size()));
+          if (is_new) kept.vertices.push_back(whole->vertices[static_cast<std::size_t>(v)]);
+          v = number->second;
+        }
+        kept.triangles.push_back(triangle);
+      }
+    } catch (const XmlRefusal&) {  // no such file, or not a mesh: a model may be moved without its meshes
+    }
+  }
+  if (!mesh.hull) return {};
+  const Quaternion q = quaternion(X.R);
+  return Shape{*mesh.hull, X.p, Eigen::Quaterniond(q[0], q[1], q[2], q[3])};
 }
 
 ClosedMesh MjcfGeoms::load(const XmlElement& asset) const {

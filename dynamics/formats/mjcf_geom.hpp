@@ -13,6 +13,7 @@ namespace borelli {
 struct MjcfGeom {
   std::optional<Inertial> inertial;   ///< in its body's frame; none: massless
   std::optional<ShapeElement> shape;  ///< for display and contact; none for planes, height fields and meshes
+  std::optional<Shape> hull;          ///< of a mesh that may touch others, if its file can be read
   std::optional<Pose> plane;          ///< pose of a plane in its body's frame; z points out of the material
   int group = 0;
 };
@@ -24,8 +25,8 @@ class MjcfGeoms {
   MjcfGeoms(const XmlElement& root, const MjcfCompilers& compilers, std::vector<std::string>& notes);
 
   /// Reads a geom with complete attributes (mjcf_defaults.hpp). Its mass is `mass`, else its volume times
-  /// `density` (1000 kg/m^3 if not given). `weighs`: whether its inertia is needed; only then are mesh files
-  /// read.
+  /// `density` (1000 kg/m^3 if not given). `weighs`: whether its inertia is needed; only then must mesh files be
+  /// readable.
   MjcfGeom read(const XmlElement& geom, bool weighs);
 
   /// One line on meshes whose mass by the legacy rule exceeds that of the volume they enclose; empty: none.
@@ -36,11 +37,14 @@ class MjcfGeoms {
     const XmlElement* asset = nullptr;
     std::optional<ClosedMesh> loaded{};
     std::optional<Inertial> weight{};  // of density 1
+    std::optional<ClosedMesh> hull{};
+    bool no_hull = false;  // it was looked for in vain
   };
 
   Mesh& mesh_of(const XmlElement& geom);
   const ClosedMesh& loaded(Mesh& mesh) const;
   const Inertial& weight(Mesh& mesh);
+  std::optional<Shape> hull_of(const XmlElement& geom, const Pose& X);
   ClosedMesh load(const XmlElement& asset) const;
   ShapeElement fitted(const XmlElement& geom, const std::string& type, const Pose& X);
 

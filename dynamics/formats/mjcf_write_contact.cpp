@@ -30,11 +30,19 @@ TouchingForm plane_form(const Plane& plane) {
   return {plane.on.solid, {"plane", {turn_from_z(plane.normal), plane.on.point}, {0, 0, 1}}};
 }
 
+// Of a shape; none: a mesh.
+std::optional<TouchingForm> shape_form(const SolidName& on, const Shape& shape) {
+  MjcfForm form = mjcf_form(shape.form);
+  if (!*form.type) return std::nullopt;
+  form.X = {shape.orientation.toRotationMatrix(), shape.position};
+  return TouchingForm{on.solid, form};
+}
+
 struct TouchingPair {
   TouchingForm over, under;
 };
 
-// The forms that a constraint keeps apart; none: it is no contact.
+// The forms that a constraint keeps apart; none: it is no contact, or one of a mesh.
 std::optional<TouchingPair> touching(const ConstraintKind& kind) {
   if (const auto* c = std::get_if<SphereOverPlane>(&kind))
     return TouchingPair{rounded_form(c->sphere, c->radius), plane_form(c->plane)};
@@ -50,6 +58,12 @@ std::optional<TouchingPair> touching(const ConstraintKind& kind) {
   if (const auto* c = std::get_if<CapsuleOverCapsule>(&kind))
     return TouchingPair{rounded_form(c->a, c->axis_a, c->length_a, c->radii.a),
                         rounded_form(c->b, c->axis_b, c->length_b, c->radii.b)};
+  if (const auto* c = std::get_if<ConvexOverPlane>(&kind))
+    if (const auto over = shape_form(c->convex, c->shape)) return TouchingPair{*over, plane_form(c->plane)};
+  if (const auto* c = std::get_if<ConvexOverConvex>(&kind)) {
+    const auto over = shape_form(c->a, c->shape_a), under = shape_form(c->b, c->shape_b);
+    if (over && under) return TouchingPair{*over, *under};
+  }
   return std::nullopt;
 }
 
@@ -73,6 +87,11 @@ std::string geom_name(MjcfDraft& draft, const TouchingForm& one) {
 
 bool add_mjcf_contact(MjcfDraft& draft, const Constraint& constraint) {
   const auto pair = touching(constraint.kind);
+  if (!pair && (std::holds_alternative<ConvexOverPlane>(constraint.kind) ||
+                std::holds_alternative<ConvexOverConvex>(constraint.kind))) {
+    draft.lost.add("contacts of meshes are not written", constraint.name);
+    return true;
+  }
   if (!pair) return false;
   if (pair->under.is_plane() && !draft.still.at(pair->under.solid)) {
     draft.lost.add("contacts over planes that move are not written", constraint.name);

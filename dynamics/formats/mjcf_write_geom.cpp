@@ -8,18 +8,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-// An empty type: MJCF has no such form. (MuJoCo takes half lengths and half edges.)
-MjcfForm mjcf_form(const Form& form) {
-  if (const auto* f = std::get_if<Sphere>(&form)) return {"sphere", {}, {f->radius}};
-  if (const auto* f = std::get_if<Capsule>(&form)) return {"capsule", {}, {f->radius, f->length / 2}};
-  if (const auto* f = std::get_if<Cylinder>(&form)) return {"cylinder", {}, {f->radius, f->length / 2}};
-  if (const auto* f = std::get_if<Ellipsoid>(&form))
-    return {"ellipsoid", {}, {f->radii.x(), f->radii.y(), f->radii.z()}};
-  if (const auto* f = std::get_if<Box>(&form))
-    return {"box", {}, {f->size.x() / 2, f->size.y() / 2, f->size.z() / 2}};
-  return {};
-}
-
 void add_mesh(MjcfDraft& draft, const PlainSolid& solid, const ClosedMesh& mesh, const Pose& X) {
   std::vector<double> vertices, faces;
   for (const Vector3d& p : mesh.vertices) vertices.insert(vertices.end(), p.begin(), p.end());
@@ -30,6 +18,18 @@ void add_mesh(MjcfDraft& draft, const PlainSolid& solid, const ClosedMesh& mesh,
 }
 
 }  // namespace
+
+// (MuJoCo takes half lengths and half edges.)
+MjcfForm mjcf_form(const Form& form) {
+  if (const auto* f = std::get_if<Sphere>(&form)) return {"sphere", {}, {f->radius}};
+  if (const auto* f = std::get_if<Capsule>(&form)) return {"capsule", {}, {f->radius, f->length / 2}};
+  if (const auto* f = std::get_if<Cylinder>(&form)) return {"cylinder", {}, {f->radius, f->length / 2}};
+  if (const auto* f = std::get_if<Ellipsoid>(&form))
+    return {"ellipsoid", {}, {f->radii.x(), f->radii.y(), f->radii.z()}};
+  if (const auto* f = std::get_if<Box>(&form))
+    return {"box", {}, {f->size.x() / 2, f->size.y() / 2, f->size.z() / 2}};
+  return {};
+}
 
 bool MjcfForm::looks_like(const MjcfForm& other) const {
   constexpr double rounding = 1e-12;

@@ -128,39 +128,46 @@ TEST(MjcfContacts, HumanEqualsThatOfTheSceneFile) {
 }
 
 TEST(MjcfContacts, PassingThroughIsReportedWithTime) {
-  const auto judged = [](const std::string& geom, double end) {
-    const ModelFile model =
-        read_text(over_floor("<body name='b' pos='0 0 1'><freejoint/>" + geom + "</body>"));
-    Trajectory path = drop(model, "rk4", end, 1e-3);
+  // contacts switched off, and judged as those that a scene has none for
+  const auto path_of = [](const ModelFile& model, double end, double step) {
+    Trajectory path = drop(model, "rk4", end, step);
     EXPECT_TRUE(path.certificate.trusted);
-    judge_passing(model.without_contact, path);
+    return path;
+  };
+  const auto judged = [&](double end) {
+    const ModelFile model = read_text(over_floor(
+        "<body name='b' pos='0 0 1'><freejoint/><geom type='cylinder' size='.1 .2'/></body>", "contype='0'"));
+    Trajectory path = path_of(model, end, 1e-3);
+    judge_passing({{{.name = "geom 'floor'", .solid = world_name, .plane = Plane{}, .core = {}},
+                    {.name = "geom 'tin'",
+                     .solid = "b",
+                     .plane = {},
+                     .core = core_of(model.scene.solids[0].shapes[0].shape)}}},
+                  path);
     return path.certificate;
   };
   // a cylinder of radius .1: its core has the bottom at the origin's height - .2 (length), falls 0.8 m
   const double touch = std::sqrt(2 * 0.8 / 9.81);
-  const std::string cylinder = "<geom name='tin' type='cylinder' size='.1 .2'/>";
-  EXPECT_TRUE(judged(cylinder, touch).trusted);
-  const Certificate c = judged(cylinder, touch + 0.01);
+  EXPECT_TRUE(judged(touch).trusted);
+  const Certificate c = judged(touch + 0.01);
   EXPECT_FALSE(c.trusted);
   EXPECT_NEAR(c.reason_time, touch, 2e-3);
   EXPECT_EQ(c.reason.find("geom 'floor' and geom 'tin' overlap at t = 0.40"), 0u) << c.reason;
-  // switched off it is no loss
-  EXPECT_TRUE(judged("<geom type='cylinder' size='.1 .2' contype='0' conaffinity='0'/>", 1).trusted);
   // two boxes that meet in the middle: 1 m between them, at 1 m/s each
-  const ModelFile boxes = two_that_meet("type='box' size='.5 .5 .5'");
-  ASSERT_EQ(boxes.without_contact.size(), 1u);
-  EXPECT_NE(boxes.not_modelled.motion[0].find("1 pairs of geoms"), std::string::npos);
-  Trajectory path = run(boxes.scene, [] {
-    SimulationSettings how = settings("rk4", 1, 1e-2);
-    how.output_interval = 0;
-    return how;
-  }());
-  judge_passing(boxes.without_contact, path);
+  ModelFile boxes = two_that_meet("type='box' size='.5 .5 .5'");
+  ASSERT_EQ(boxes.scene.constraints.size(), 1u);
+  boxes.scene.constraints.clear();
+  Trajectory path = path_of(boxes, 1, 1e-2);
+  const auto core = core_of(boxes.scene.solids[0].shapes[0].shape);
+  judge_passing({{{.name = "a", .solid = "a", .plane = {}, .core = core},
+                  {.name = "b", .solid = "b", .plane = {}, .core = core}}},
+                path);
   EXPECT_NEAR(path.certificate.reason_time, 0.51, 1e-9);  // deeper than 5 mm at the next row
 }
 
-TEST(MjcfContacts, RoundedGeomsCollide) {
-  for (const char* geom : {"size='.5'", "type='capsule' size='.5 .2'"}) {
+TEST(MjcfContacts, GeomsCollide) {
+  for (const char* geom : {"size='.5'", "type='capsule' size='.5 .2'", "type='box' size='.5 .4 .3'",
+                           "type='ellipsoid' size='.5 .4 .3'", "type='cylinder' size='.5 .3'"}) {
     const ModelFile model = two_that_meet(geom);
     EXPECT_TRUE(model.without_contact.empty());
     EXPECT_EQ(model.scene.simulation.method, "moreau");
@@ -180,7 +187,7 @@ TEST(MjcfContacts, TooManyPairsAreReported) {
   const ModelFile model = read_text(over_floor(balls));
   EXPECT_EQ(model.scene.constraints.size(), 80u);
   EXPECT_EQ(model.without_contact.size(), 80u * 79 / 2);
-  EXPECT_EQ(model.not_modelled.motion[0].find("contacts of 3160 pairs of spheres and capsules"), 0u)
+  EXPECT_EQ(model.not_modelled.motion[0].find("contacts of 3160 pairs of geoms"), 0u)
       << model.not_modelled.motion[0];
 }
 
@@ -236,9 +243,11 @@ TEST(MjcfContacts, SegmentDistanceIsTheSmallest) {
 
 #ifdef BORELLI_MUJOCO
 
-// What touches what: the names of the two, with friction (0 where there is none) and depth.
+// What touches what: the names of the two, with friction (0 where there is none) and depth; `searched`: by
+// both programs' iterations, not by a closed form.
 struct Touch {
   double friction = 0, depth = 0;
+  bool searched = false;
 };
 using Touches = std::map<std::pair<std::string, std::string>, Touch>;
 
@@ -282,6 +291,7 @@ Touches of_contacts(const ModelFile& model, const System& system, const State& s
     if (depth <= 0) continue;
     Touch& touch = out[sorted(name.substr(0, middle), name.substr(middle + 6))];
     touch.depth = std::max(touch.depth, depth);
+    touch.searched = std::holds_alternative<ConvexOverConvex>(constraint.kind);
     std::visit(
         [&](const auto& kind) {
           if constexpr (requires { kind.surface.friction; }) touch.friction = kind.surface.friction;
@@ -343,7 +353,7 @@ std::string random_heap(unsigned seed) {
 }
 
 TEST(MjcfContacts, PairsThatMayTouchEqualMujocos) {
-  int contacts = 0, others = 0;
+  int contacts = 0, searched = 0;
   for (unsigned seed = 1; seed <= 40; ++seed) {
     const Folder folder;
     const std::string xml = random_heap(seed);
@@ -352,25 +362,28 @@ TEST(MjcfContacts, PairsThatMayTouchEqualMujocos) {
     const System system = compiled(model.scene);
     Mujoco mujoco(path);
     const Touches expected = of_mujoco(mujoco);
-    Touches own = of_contacts(model, system, system.initial);
+    const Touches own = of_contacts(model, system, system.initial);
     for (const auto& [pair, touch] : own) {
       const auto found = expected.find(pair);
       ASSERT_NE(found, expected.end()) << pair.first << " " << pair.second << "\n" << xml;
       EXPECT_NEAR(touch.friction, found->second.friction, 1e-15) << xml;
-      EXPECT_NEAR(touch.depth, found->second.depth, 1e-12) << pair.first << " " << pair.second << "\n" << xml;
-      ++contacts;
+      if (touch.searched) {
+        // MuJoCo overestimates the depths that it searches for; ours is a least one within its accuracy
+        EXPECT_LE(touch.depth, found->second.depth + 1e-5) << pair.first << " " << pair.second << "\n" << xml;
+        ++searched;
+      } else {
+        EXPECT_NEAR(touch.depth, found->second.depth, 1e-12) << pair.first << " " << pair.second << "\n"
+                                                             << xml;
+        ++contacts;
+      }
     }
-    for (const TouchablePair& pair : model.without_contact) {
-      const auto name = [](const Touchable& one) { return one.name.substr(6, one.name.size() - 7); };
-      EXPECT_TRUE(own.try_emplace(sorted(name(pair.a), name(pair.b))).second) << pair.a.name;
-      ++others;
-    }
+    EXPECT_TRUE(model.without_contact.empty());
     for (const auto& [pair, touch] : expected)
       EXPECT_TRUE(own.contains(pair)) << pair.first << " " << pair.second << "\n" << xml;
     EXPECT_EQ(own.size(), expected.size()) << xml;
   }
   EXPECT_GT(contacts, 200);
-  EXPECT_GT(others, 300);
+  EXPECT_GT(searched, 300);
 }
 
 TEST(MjcfContacts, HumanContactsEqualMujocos) {
