@@ -1,31 +1,43 @@
-// Shared parts of pages of drawings: one HTML file that needs no network. Buttons choose the drawings, tips
-// appear under the pointer, and a click on a name in the legend hides its curve. Also tables as CSV.
+// Pages of charts: buttons choose the chart, tables give its numbers. Also text as a field of CSV.
 #pragma once
 
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
+
+#include "pipeline/charts/page_frame.hpp"
+#include "pipeline/charts/page_plots.hpp"
 
 namespace borelli {
 
-/// HTML element for a page's head: forbids the browser to load anything from outside the page.
-inline constexpr std::string_view page_policy =
-    "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; script-src 'unsafe-inline'; "
-    "style-src 'unsafe-inline'; img-src data: blob:\">";
-
-/// A row of buttons: each shows only the drawings (<div class='plot' data-KIND='VALUE'>) of its value.
+/// A row of buttons (many values: a list): each shows only the plots of its value.
 struct PageButtons {
-  std::string kind;
+  std::string kind;                                         ///< lowercase letters
+  std::string title;                                        ///< what is chosen, in words
   std::vector<std::pair<std::string, std::string>> values;  ///< value, and the button's text
 };
 
-/// The page: title, heading, warnings and sentences (all plain text), buttons, then `body` as HTML.
-std::string chart_page(std::string_view title, std::string_view heading,
-                       const std::vector<std::string>& warnings, const std::vector<std::string>& sentences,
-                       const std::vector<PageButtons>& buttons, std::string_view body);
+struct ChartPage {
+  std::string title, heading;  ///< plain text, as the warnings and sentences
+  std::vector<std::string> warnings = {}, sentences = {};
+  std::vector<PageButtons> buttons = {};
+  std::vector<PagePlot> plots = {};
+  std::string body = {};  ///< HTML below the plots: tables of numbers
+};
 
-/// Escapes text for HTML.
-std::string html_text(std::string_view text);
+/// The page, which needs no network.
+std::string chart_page(const ChartPage& page);
+
+struct PageColumn {
+  std::string title;                                          ///< HTML
+  enum class Look { name, number, words } look = Look::name;  ///< words: sentences, which are wrapped
+};
+
+/// A table that scrolls within itself. Its cells are HTML; the first of a row heads it. `caption`: HTML, may be
+/// empty.
+std::string page_table(std::string_view caption, const std::vector<PageColumn>& columns,
+                       const std::vector<std::vector<std::string>>& rows);
 
 /// Text as a quoted field of CSV (RFC 4180), never a formula (plain_cell.hpp).
 std::string csv_text(std::string_view text);

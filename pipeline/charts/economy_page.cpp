@@ -93,32 +93,41 @@ std::string in_words(const Economy& economy) {
 }
 
 std::string economy_page(const Economy& economy, const std::vector<std::string>& warnings) {
-  PageButtons which{"of", {}};
-  std::string body;
-  for (const auto& [name, plot] : economy_plots(economy)) {
-    which.values.emplace_back(name, name);
-    body += fmt::format("<div class='plot' data-of='{}'>{}</div>\n", name, svg(plot));
+  ChartPage page{.title = economy.scene + ": economy",
+                 .heading = economy.scene + ": the smallest sufficient model",
+                 .warnings = warnings,
+                 .sentences = {in_words(economy) + "."}};
+  PageButtons which{"of", "Chart", {}};
+  for (auto& [name, plot] : economy_plots(economy)) {
+    which.values.emplace_back(name, name == "error" ? "error" : "processor time");
+    page.plots.push_back({{{"of", name}}, std::move(plot)});
   }
-  body +=
-      "<h2>Models</h2>\n<table><tr><th>change</th><th class='n'>error</th><th>worst in</th><th "
-      "class='n'>coordinates</th><th class='n'>bodies</th><th class='n'>ms</th><th class='n'>evaluations</th>"
-      "<th class='n'>µs each</th></tr>\n";
+  page.buttons = {which};
+  std::vector<std::vector<std::string>> models, kept;
   for (const EconomyModel& m : economy.models)
-    body += fmt::format(
-        "<tr><td>{}</td><td class='n'>{:.2g}</td><td>{}</td><td class='n'>{}</td><td class='n'>{}</td><td "
-        "class='n'>{:.3g}</td><td class='n'>{}</td><td class='n'>{:.3g}</td></tr>\n",
-        html_text(change_words(m)), m.error, html_text(m.worst), m.coordinates, m.bodies, 1e3 * m.seconds,
-        m.evaluations, 1e6 * m.seconds / double(std::max(m.evaluations, 1L)));
-  body += "</table>\n";
-  if (!economy.refusals.empty()) {
-    body += "<h2>What stays free</h2>\n<table><tr><th>locking</th><th>error</th></tr>\n";
-    for (const EconomyRefusal& r : economy.refusals)
-      body += fmt::format("<tr><td>{}</td><td>{}</td></tr>\n", html_text(r.change),
-                          std::isnan(r.error) ? html_text(r.reason) : fmt::format("{:.2g}", r.error));
-    body += "</table>\n";
-  }
-  return chart_page(economy.scene + ": economy", economy.scene + ": the smallest sufficient model", warnings,
-                    {in_words(economy) + "."}, {which}, body);
+    models.push_back({html_text(change_words(m)), fmt::format("{:.2g}", m.error), html_text(m.worst),
+                      fmt::format("{}", m.coordinates), fmt::format("{}", m.bodies),
+                      fmt::format("{:.3g}", 1e3 * m.seconds), fmt::format("{}", m.evaluations),
+                      fmt::format("{:.3g}", 1e6 * m.seconds / double(std::max(m.evaluations, 1L)))});
+  for (const EconomyRefusal& r : economy.refusals)
+    kept.push_back(
+        {html_text(r.change), std::isnan(r.error) ? html_text(r.reason) : fmt::format("{:.2g}", r.error)});
+  page.body = "<section><h2>Models</h2>\n" +
+              page_table("",
+                         {{"change"},
+                          {"error", PageColumn::Look::number},
+                          {"worst in", PageColumn::Look::words},
+                          {"coordinates", PageColumn::Look::number},
+                          {"bodies", PageColumn::Look::number},
+                          {"time (ms)", PageColumn::Look::number},
+                          {"evaluations", PageColumn::Look::number},
+                          {"each (µs)", PageColumn::Look::number}},
+                         models) +
+              "</section>\n";
+  if (!kept.empty())
+    page.body += "<section><h2>What stays free</h2>\n" +
+                 page_table("", {{"locking"}, {"error", PageColumn::Look::words}}, kept) + "</section>\n";
+  return chart_page(page);
 }
 
 }  // namespace borelli

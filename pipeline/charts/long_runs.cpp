@@ -157,30 +157,38 @@ std::vector<std::pair<std::string, Plot>> long_run_plots(const LongRuns& runs) {
 }
 
 std::string long_runs_page(const LongRuns& runs, const std::vector<std::string>& warnings) {
-  PageButtons which{"series", {}};
-  std::string body;
-  for (const auto& [name, plot] : long_run_plots(runs)) {
+  ChartPage page{.title = runs.scene + ": long runs",
+                 .heading = runs.scene + ": energy and momentum over long runs",
+                 .warnings = warnings,
+                 .sentences = {fmt::format("{:.4g} steps of {:.4g} s.", runs.end / runs.step, runs.step)}};
+  PageButtons which{"series", "Chart", {}};
+  for (auto& [name, plot] : long_run_plots(runs)) {
     which.values.emplace_back(name, name == "energy_secular"   ? "energy, accumulating"
                                     : name == "energy_bounded" ? "energy, bounded"
                                                                : "momentum");
-    body += fmt::format("<div class='plot' data-series='{}'>{}</div>\n", name, svg(plot));
+    page.plots.push_back({{{"series", name}}, std::move(plot)});
   }
-  body +=
-      "<h2>Drift</h2>\n<table><tr><th>method</th><th>energy</th><th class='n'>drift (1/s)</th>"
-      "<th class='n'>swing</th><th class='n'>evaluations</th><th>why not</th></tr>\n";
+  page.buttons = {which};
+  std::vector<std::vector<std::string>> rows;
   for (const LongRun& run : runs.runs)
-    body += fmt::format(
-        "<tr><td>{}</td><td>{}</td><td class='n'>{:.2g}</td><td class='n'>{:.2g}</td><td class='n'>{}</td>"
-        "<td>{}</td></tr>\n",
-        run.method, verdict(run), run.drift, run.swing, run.evaluations, html_text(run.reason));
-  body +=
-      "</table>\n<p>Drift: from the mean of the run's first quarter to that of its last quarter. Swing: "
+    rows.push_back({run.method, verdict(run), fmt::format("{:.2g}", run.drift),
+                    fmt::format("{:.2g}", run.swing), fmt::format("{}", run.evaluations),
+                    html_text(run.reason)});
+  page.body =
+      "<section><h2>Drift</h2>\n" +
+      page_table("",
+                 {{"method"},
+                  {"energy"},
+                  {"drift (1/s)", PageColumn::Look::number},
+                  {"swing", PageColumn::Look::number},
+                  {"evaluations", PageColumn::Look::number},
+                  {"why not", PageColumn::Look::words}},
+                 rows) +
+      "<p>Drift: from the mean of the run's first quarter to that of its last quarter. Swing: "
       "largest minus least value within the first quarter. An error accumulates (gains, loses) if the drift "
       "exceeds the swing, or if the means of the run's eighths rise or fall steadily. Otherwise it is "
-      "bounded, or off by more than a tenth. All are relative to the energy turnover.</p>\n";
-  return chart_page(runs.scene + ": long runs", runs.scene + ": energy and momentum over long runs", warnings,
-                    {fmt::format("{:.4g} steps of {:.4g} s.", runs.end / runs.step, runs.step)}, {which},
-                    body);
+      "bounded, or off by more than a tenth. All are relative to the energy turnover.</p></section>\n";
+  return chart_page(page);
 }
 
 std::string long_runs_csv(const LongRuns& runs) {

@@ -12,6 +12,7 @@
 
 #include "error/plain_cell.hpp"
 #include "inertia/csv.hpp"
+#include "pipeline/charts/plot_look.hpp"
 #include "pipeline/charts/plot_scale.hpp"
 
 namespace borelli {
@@ -19,11 +20,6 @@ namespace {
 
 constexpr double width = 720, left = 78, right = 22, plot_height = 300;
 constexpr double character = 6.8;  // mean advance of the 12 px sans-serif text, rather too wide
-
-constexpr std::array<std::string_view, 7> colours{"#0072B2", "#D55E00", "#000000", "#009E73",
-                                                  "#CC79A7", "#E69F00", "#56B4E9"};
-constexpr std::string_view band = "#F5EDA0";
-constexpr std::array<std::string_view, 7> dashes{"none", "8 3", "2 2", "10 3 2 3", "5 2", "12 4", "1 3"};
 
 std::string escaped(std::string_view text) {
   std::string out;
@@ -61,25 +57,6 @@ std::string tick_text(double value, bool logarithmic) {
   if (std::abs(factor - 1) < 1e-9) return "10" + superscript(exponent);
   return fmt::format("{:.3g}×10{}", factor, superscript(exponent));
 }
-
-// Curves of the same colour have different dashes.
-std::string_view dash_of(std::size_t number) {
-  return dashes[(number + number / colours.size()) % dashes.size()];
-}
-
-// Fills of tiles, from pale to dark, with hatching that distinguishes them in grey print.
-struct Fill {
-  std::string_view colour, hatch;
-};
-constexpr std::array<Fill, 9> fills{{{"#E6F3EC", ""},
-                                     {"#F5EDA0", ""},
-                                     {"#56B4E9", ""},
-                                     {"#E69F00", ""},
-                                     {"#CC79A7", "M-2 10L10 -2"},
-                                     {"#1A1A1A", ""},
-                                     {"#D55E00", "M-2 -2L10 10"},
-                                     {"#FFFFFF", "M0 0L8 8M0 8L8 0"},
-                                     {"#D9D9D9", "M4 3v2"}}};
 
 struct Point {
   double x, y;
@@ -147,17 +124,17 @@ void draw_axes(std::string& out, const Plot& plot, const PlotScale& x, const Plo
                      (top + bottom) / 2, escaped(plot.y.label));
 }
 
-// A dot, square or triangle of equal visual weight; `number` counts the curves.
-std::string mark(double x, double y, std::size_t number, std::string_view colour, bool hollow) {
-  const std::string paint = fmt::format("stroke='{}' fill='{}'", colour, hollow ? "#fff" : colour);
-  if (number < colours.size()) return fmt::format("<circle cx='{:.2f}' cy='{:.2f}' r='3.2' {}", x, y, paint);
-  if (number < 2 * colours.size())
+// A dot, square or triangle of equal visual weight.
+std::string mark(double x, double y, const CurveLook& look, bool hollow) {
+  const std::string paint = fmt::format("stroke='{}' fill='{}'", look.colour, hollow ? "#fff" : look.colour);
+  if (look.shape == 0) return fmt::format("<circle cx='{:.2f}' cy='{:.2f}' r='3.2' {}", x, y, paint);
+  if (look.shape == 1)
     return fmt::format("<rect x='{:.2f}' y='{:.2f}' width='6' height='6' {}", x - 3, y - 3, paint);
   return fmt::format("<path d='M{:.2f} {:.2f}l3.8 6.6h-7.6z' {}", x, y - 4.2, paint);
 }
 
-std::string_view mark_element(std::size_t number) {
-  return number < colours.size() ? "circle" : number < 2 * colours.size() ? "rect" : "path";
+std::string_view mark_element(const CurveLook& look) {
+  return look.shape == 0 ? "circle" : look.shape == 1 ? "rect" : "path";
 }
 
 // Completes an element, with its tip.
@@ -182,27 +159,22 @@ void draw_halo(std::string& out, const Curve& curve, const PlotScale& x, const P
   out += "</g>\n";
 }
 
-void draw_curve(std::string& out, const Curve& curve, std::size_t number, const PlotScale& x,
+void draw_curve(std::string& out, const Curve& curve, const CurveLook& look, const PlotScale& x,
                 const PlotScale& y, double top) {
-  const std::string_view colour = curve.faint   ? "#c4c4c4"
-                                  : curve.broad ? band
-                                                : colours[number % colours.size()],
-                         dash = curve.faint || curve.broad ? "none" : dash_of(number);
   out += fmt::format("<g data-curve='{}'>\n", escaped(curve.name));
   for (const auto& piece : pieces(curve, x, y, top)) {
     out += fmt::format("<polyline class='{}' stroke='{}' stroke-dasharray='{}' points='{}'/>\n",
                        curve.faint   ? "faint"
                        : curve.broad ? "broad"
                                      : "curve",
-                       colour, dash, points_of(piece));
+                       look.colour, look.dash, points_of(piece));
   }
   for (std::size_t i = 0; curve.marks && i < std::min(curve.x.size(), curve.y.size()); ++i) {
     const double u = x.at(curve.x[i]), v = y.at(curve.y[i]);
     if (!std::isfinite(u) || !std::isfinite(v)) continue;
-    const std::size_t shape = curve.faint ? 0 : number;
-    out += closed(mark(left + u * (width - left - right), top + (1 - v) * plot_height, shape, colour,
+    out += closed(mark(left + u * (width - left - right), top + (1 - v) * plot_height, look,
                        i < curve.hollow.size() && curve.hollow[i]),
-                  mark_element(shape), i < curve.tips.size() ? curve.tips[i] : "");
+                  mark_element(look), i < curve.tips.size() ? curve.tips[i] : "");
   }
   out += "</g>\n";
 }
@@ -284,18 +256,18 @@ std::size_t letters(std::string_view text) {
 // Hatching patterns of kinds; `frame` makes their ids unique among several plots on one page.
 std::string patterns(std::size_t frame) {
   std::string out;
-  for (std::size_t kind = 0; kind < fills.size(); ++kind)
-    if (!fills[kind].hatch.empty())
+  for (std::size_t kind = 0; kind < tile_fills.size(); ++kind)
+    if (!tile_fills[kind].hatch.empty())
       out += fmt::format(
           "<pattern id='hatch{}_{:x}' width='8' height='8' patternUnits='userSpaceOnUse'><rect width='8' "
           "height='8' fill='{}'/><path class='hatch' d='{}'/></pattern>\n",
-          kind, frame, fills[kind].colour, fills[kind].hatch);
+          kind, frame, tile_fills[kind].colour, tile_fills[kind].hatch);
   return out;
 }
 
 std::string paint_of(std::size_t kind, std::size_t frame) {
-  return fills.at(kind).hatch.empty() ? std::string(fills[kind].colour)
-                                      : fmt::format("url(#hatch{}_{:x})", kind, frame);
+  return tile_fills.at(kind).hatch.empty() ? std::string(tile_fills[kind].colour)
+                                           : fmt::format("url(#hatch{}_{:x})", kind, frame);
 }
 
 void draw_tiles(std::string& out, const Plot& plot, const PlotScale& x, const PlotScale& y, double top,
@@ -335,19 +307,17 @@ double draw_legend(std::string& out, const Plot& plot, double top, std::size_t f
         escaped(plot.kinds[kind]), u, v - 10, paint_of(kind, frame), u + 24, v);
     u += wide;
   }
-  std::size_t number = 0;
-  for (const Curve& curve : plot.curves) {
+  const std::vector<CurveLook> looks = curve_looks(plot);
+  for (std::size_t i = 0; i < plot.curves.size(); ++i) {
+    const Curve& curve = plot.curves[i];
     if (curve.faint) continue;
     const double wide = place(curve.name, 34);
-    const std::string_view colour = curve.broad ? band : colours[number % colours.size()];
     out += fmt::format(
         "<g data-names='{}'><path class='{}' stroke='{}' stroke-dasharray='{}' d='M{:.2f} {:.2f}h28'/>\n",
-        escaped(curve.name), curve.broad ? "broad" : "curve", colour, curve.broad ? "none" : dash_of(number),
-        u, v - 4);
-    if (curve.marks) out += mark(u + 14, v - 4, number, colour, false) + "/>\n";
+        escaped(curve.name), curve.broad ? "broad" : "curve", looks[i].colour, looks[i].dash, u, v - 4);
+    if (curve.marks) out += mark(u + 14, v - 4, looks[i], false) + "/>\n";
     out += fmt::format("<text x='{:.2f}' y='{:.2f}'>{}</text></g>\n", u + 34, v, escaped(curve.name));
     u += wide;
-    number += !curve.broad;
   }
   return u == left ? 0 : v - top + 19;
 }
@@ -370,6 +340,15 @@ std::vector<std::string> wrapped(std::string_view sentence, std::size_t most) {
   }
   if (!line.empty()) lines.push_back(line);
   return lines;
+}
+
+// "1 dop853, 2 rk4": the faint curves that have a number.
+std::string numbered_curves(const Plot& plot) {
+  std::string listed;
+  for (const Curve& curve : plot.curves)
+    if (curve.number > 0)
+      listed += fmt::format("{}{} {}", listed.empty() ? "" : ", ", curve.number, curve.name);
+  return listed;
 }
 
 bool share_x(const std::vector<Curve>& curves) {
@@ -397,19 +376,22 @@ std::string svg(const Plot& plot) {
       fmt::format("<clipPath id='frame{:x}'><rect x='{}' y='{:.2f}' width='{}' height='{}'/></clipPath>\n",
                   frame, left, top, width - left - right, plot_height);
   body += fmt::format("<g clip-path='url(#frame{:x})'>\n", frame);
-  for (const Curve& curve : plot.curves)
-    if (curve.faint || curve.broad) draw_curve(body, curve, 0, x, y, top);
-  std::size_t number = 0;
+  const std::vector<CurveLook> looks = curve_looks(plot);
+  for (std::size_t i = 0; i < plot.curves.size(); ++i)
+    if (plot.curves[i].faint || plot.curves[i].broad) draw_curve(body, plot.curves[i], looks[i], x, y, top);
   for (const Curve& curve : plot.curves)
     if (!plot.tiles.empty()) draw_halo(body, curve, x, y, top);
-  for (const Curve& curve : plot.curves)
-    if (!curve.faint && !curve.broad) draw_curve(body, curve, number++, x, y, top);
+  for (std::size_t i = 0; i < plot.curves.size(); ++i)
+    if (!plot.curves[i].faint && !plot.curves[i].broad) draw_curve(body, plot.curves[i], looks[i], x, y, top);
   draw_numbers(body, plot, x, y, top);
   draw_edge(body, plot.edge, x, top);
   body += "</g>\n";
 
   double below = top + plot_height + 62;
-  for (const std::string& note : plot.notes)
+  std::vector<std::string> notes = plot.notes;
+  if (std::string listed = numbered_curves(plot); !listed.empty())
+    notes.push_back("Grey, by number: " + listed + ".");
+  for (const std::string& note : notes)
     for (const std::string& line : wrapped(note, 104)) {
       body += fmt::format("<text class='note' x='{}' y='{:.2f}'>{}</text>\n", left, below, escaped(line));
       below += 16;
@@ -429,8 +411,9 @@ std::string svg(const Plot& plot) {
              ".cross{{fill:none;stroke:#000;stroke-width:1.2}} "
              ".hatch{{stroke:#333;stroke-width:.8;fill:none}} "
              ".tile{{shape-rendering:crispEdges}} .sample{{stroke:#888;stroke-width:.6}} "
-             ".note{{font-size:11px;fill:#333}} "
-             ".number{{font-size:9px;fill:#666;paint-order:stroke;stroke:#fff;stroke-width:2px}}</style>\n"
+             "text.note{{font-size:11px;fill:#333}} "
+             "text.number{{font-size:9px;fill:#666;paint-order:stroke;stroke:#fff;stroke-width:2px}}</"
+             "style>\n"
              "<rect width='{0}' height='{1}' fill='#fff'/>\n",
              width, height) +
          head + legend + body + "</svg>\n";

@@ -1,6 +1,5 @@
-// Line plots as SVG for a page or a paper, and their data as CSV. Colours after Okabe & Ito (2008,
-// jfly.uni-koeln.de/color), which colour-blind people can tell apart. Each colour has its own dash pattern
-// for grey print.
+// Line plots as SVG for a page or a paper, and their data as CSV. Each colour has its own dash pattern for grey
+// print (plot_look.hpp).
 #pragma once
 
 #include <optional>
@@ -25,8 +24,10 @@ struct Curve {
   std::vector<std::string> tips = {};  ///< per point: the tip shown under the pointer
   std::vector<bool> hollow = {};       ///< per point: its dot is hollow
   bool faint = false;                  ///< thin and grey, not in the legend
-  std::size_t number = 0;  ///< of a faint curve: written beside one of its points if there is room; 0: none
+  std::size_t number =
+      0;  ///< of a faint curve: beside one of its points if there is room, and in a note; 0: none
   bool broad = false;      ///< a pale band behind the others
+  std::string group = {};  ///< curves of one group share a colour; empty: a colour of its own
 };
 
 /// A run without a value: a cross at the upper edge.

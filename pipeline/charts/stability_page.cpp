@@ -248,50 +248,60 @@ std::vector<std::pair<std::string, Plot>> stability_plots(const StabilityMap& ma
   return out;
 }
 
-std::string stability_page(const StabilityMap& map, const std::vector<std::string>& warnings) {
-  PageButtons which{"map", {}};
-  std::string body;
-  for (const auto& [name, plot] : stability_plots(map)) {
-    which.values.emplace_back(name, name == "limits_tolerance"    ? "limits (tolerance)"
-                                    : name == "methods"           ? "all methods"
-                                    : name == "methods_tolerance" ? "all methods (tolerance)"
-                                                                  : name);
-    body += fmt::format("<div class='plot' data-map='{}'>{}</div>\n", name, svg(plot));
-  }
-  body += fmt::format(
-      "<h2>Limits</h2>\n<table><tr><th>method</th><th>{}</th><th class='n'>stable up to</th><th "
-      "class='n'>linear</th><th class='n'>trusted up to</th><th>first failure beyond</th></tr>\n",
-      html_text(column_label(map.sweep)));
+namespace {
+
+std::string limits_table(const StabilityMap& map) {
+  std::vector<std::vector<std::string>> rows;
   for (const StabilityLimit& limit : map.limits) {
     const auto first = std::find_if(map.cells.begin(), map.cells.end(), [&](const StabilityCell& c) {
       return c.method == limit.method && c.column == limit.column &&
              (is_unstable(c.tried.outcome) || c.tried.outcome == Outcome::refused);
     });
-    body += fmt::format(
-        "<tr><td>{}</td><td>{}</td><td class='n'>{}</td><td class='n'>{}</td><td "
-        "class='n'>{}</td><td title=\"{}\">{}</td></tr>\n",
-        map.methods[limit.method],
-        html_text(map.sweep.parameter.empty() ? map.sweep.names[limit.column]
-                                              : fmt::format("{:.4g}", map.sweep.values.values[limit.column])),
-        stable_words(map, limit), limit.linear ? limit_words(*limit.linear) : "", limit_words(limit.trusted),
-        first == map.cells.end() ? "" : html_text(first->tried.reason),
-        first == map.cells.end() ? "" : name_of(first->tried.outcome));
+    const std::string column = map.sweep.parameter.empty()
+                                   ? map.sweep.names[limit.column]
+                                   : fmt::format("{:.4g}", map.sweep.values.values[limit.column]);
+    rows.push_back({map.methods[limit.method], html_text(column), stable_words(map, limit),
+                    limit.linear ? limit_words(*limit.linear) : "–", limit_words(limit.trusted),
+                    first == map.cells.end() ? "–" : name_of(first->tried.outcome),
+                    first == map.cells.end() ? "" : html_text(first->tried.reason)});
   }
-  body +=
-      "</table>\n<p>Steps in s, tolerances of adaptive methods. all: stable at every tried setting; none "
+  return page_table("Steps in s, tolerances of adaptive methods",
+                    {{"method"},
+                     {html_text(column_label(map.sweep))},
+                     {"stable up to", PageColumn::Look::number},
+                     {"linear", PageColumn::Look::number},
+                     {"trusted up to", PageColumn::Look::number},
+                     {"first failure beyond"},
+                     {"its reason", PageColumn::Look::words}},
+                    rows);
+}
+
+}  // namespace
+
+std::string stability_page(const StabilityMap& map, const std::vector<std::string>& warnings) {
+  ChartPage page{.title = map.sweep.scene + ": stability",
+                 .heading = map.sweep.scene + ": where methods fail",
+                 .warnings = warnings,
+                 .sentences = {"Each run's certificate decides its outcome; a limit is the largest step "
+                               "(tolerance) below which no run of the method grows, drifts or stops."}};
+  PageButtons which{"map", "Map", {}};
+  for (auto& [name, plot] : stability_plots(map)) {
+    which.values.emplace_back(name, name == "limits_tolerance"    ? "limits (tolerance)"
+                                    : name == "methods"           ? "all methods"
+                                    : name == "methods_tolerance" ? "all methods (tolerance)"
+                                                                  : name);
+    page.plots.push_back({{{"map", name}}, std::move(plot)});
+  }
+  page.buttons = {which};
+  page.body =
+      "<section><h2>Limits</h2>\n" + limits_table(map) +
+      "<p>all: stable at every tried setting; none "
       "from x on: stable at no tried setting, of which x is the smallest; above x: runs with x and less were "
       "stopped before the scene's end and were sound until then; in 0.5 s: stable in the scene's first 0.5 "
       "s, because runs below the limit were stopped there; not known: these runs stop before any instability "
       "shows (--most-steps lets them continue). Linear: limit from the linear theory of small deviations "
-      "from the start. Point at a tile to read its failure; stability.csv lists every run.</p>\n";
-  return chart_page(map.sweep.scene + ": stability",
-                    map.sweep.scene +
-                        "Each run's certificate decides its outcome; a limit is the largest step (tolerance) "
-                        "below which no run of the method grows, drifts or stops.",
-                    warnings,
-                    {"Outcomes are told by each run's certificate; a limit is the largest step (tolerance) "
-                     "below which no run of the method grows, drifts or ends."},
-                    {which}, body);
+      "from the start. Point at a tile to read its failure; stability.csv lists every run.</p></section>\n";
+  return chart_page(page);
 }
 
 std::string stability_csv(const StabilityMap& map) {

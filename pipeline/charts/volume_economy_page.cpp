@@ -58,7 +58,8 @@ std::string worst_words(const VolumeTrial& trial, std::size_t choice) {
 // %: drawn for zero on a logarithmic axis
 constexpr double least_drawn = 0.01;
 
-Curve curve_of(const VolumeEconomy& economy, Of of, const std::string& name, auto&& value) {
+/// `error` tells a trial's error for its tip, or is empty.
+Curve curve_of(const VolumeEconomy& economy, Of of, const std::string& name, auto&& value, auto&& error) {
   Curve curve{.name = name, .marks = true};
   std::vector<const VolumeTrial*> trials;
   for (const VolumeTrial& trial : economy.trials)
@@ -67,7 +68,8 @@ Curve curve_of(const VolumeEconomy& economy, Of of, const std::string& name, aut
   for (const VolumeTrial* trial : trials) {
     curve.x.push_back(trial->size);
     curve.y.push_back(value(*trial));
-    curve.tips.push_back(fmt::format("{} {}: {:.3g} s", word_for(of), trial->name, trial->seconds));
+    curve.tips.push_back(
+        fmt::format("{} {}{}\n{:.3g} s", word_for(of), trial->name, error(*trial), trial->seconds));
   }
   return curve;
 }
@@ -84,20 +86,24 @@ std::vector<std::pair<std::string, Plot>> volume_economy_plots(const VolumeEcono
         .y = {.label = "largest error of an entry (%)", .logarithmic = true},
         .curves = {}};
     for (std::size_t c = 0; c < std::size(parts_choices); ++c) {
-      error.curves.push_back(
-          curve_of(economy, of, fmt::format("{} parts", parts_choices[c].count),
-                   [&](const VolumeTrial& t) { return std::max(least_drawn, 100 * t.worst(c)); }));
+      error.curves.push_back(curve_of(
+          economy, of, fmt::format("{} parts", parts_choices[c].count),
+          [c](const VolumeTrial& t) { return std::max(least_drawn, 100 * t.worst(c)); },
+          [c](const VolumeTrial& t) {
+            return fmt::format("\n{} parts: error {}", parts_choices[c].count, percent_or_none(t.worst(c)));
+          }));
     }
     error.notes = {
         "Relative errors of masses, gravity centres (of the part's length) and principal moments; " +
         reference_words(economy) + ". The axis starts at 0.01 %. 100 %: a part is lost."};
     if (of == Of::voxels)
       error.notes.push_back("Voxels are averaged in whole blocks, so edges double, triple and so on.");
-    Plot time{
-        .title = fmt::format("Time saved by coarser {}", of == Of::voxels ? "voxels" : "grids"),
-        .x = {.label = axis},
-        .y = {.label = "processor time (s)", .low = 0},
-        .curves = {curve_of(economy, of, "parts and table", [](const VolumeTrial& t) { return t.seconds; })}};
+    Plot time{.title = fmt::format("Time saved by coarser {}", of == Of::voxels ? "voxels" : "grids"),
+              .x = {.label = axis},
+              .y = {.label = "processor time (s)", .low = 0},
+              .curves = {curve_of(
+                  economy, of, "parts and table", [](const VolumeTrial& t) { return t.seconds; },
+                  [](const VolumeTrial&) { return ""; })}};
     out.emplace_back(of == Of::voxels ? "voxels_error" : "grid_error", std::move(error));
     out.emplace_back(of == Of::voxels ? "voxels_time" : "grid_time", std::move(time));
   }
@@ -162,26 +168,35 @@ std::string volume_economy_csv(const VolumeEconomy& economy) {
 
 std::string volume_economy_page(const VolumeEconomy& economy, const std::string& title,
                                 const std::vector<std::string>& warnings) {
-  PageButtons which{"of", {}};
-  std::string body;
-  for (const auto& [name, plot] : volume_economy_plots(economy)) {
+  ChartPage page{.title = title + ": economy",
+                 .heading = title + ": requirements of the scan",
+                 .warnings = warnings,
+                 .sentences = in_words(economy)};
+  PageButtons which{"of", "Chart", {}};
+  for (auto& [name, plot] : volume_economy_plots(economy)) {
     std::string says = name;
     std::replace(says.begin(), says.end(), '_', ' ');
     which.values.emplace_back(name, says);
-    body += fmt::format("<div class='plot' data-of='{}'>{}</div>\n", name, svg(plot));
+    page.plots.push_back({{{"of", name}}, std::move(plot)});
   }
-  body +=
-      "<h2>Tried</h2>\n<table><tr><th>what</th><th></th><th class='n'>s</th><th class='n'>16 parts</th><th "
-      "class='n'>14</th><th class='n'>6</th><th>worst of 16</th></tr>\n";
+  page.buttons = {which};
+  std::vector<std::vector<std::string>> rows;
   for (const VolumeTrial& t : economy.trials)
-    body += fmt::format(
-        "<tr><td>{}</td><td>{}</td><td class='n'>{:.3g}</td><td class='n'>{}</td><td class='n'>{}</td><td "
-        "class='n'>{}</td><td>{}</td></tr>\n",
-        word_for(t.of), html_text(t.name), t.seconds, percent_or_none(t.worst(0)),
-        percent_or_none(t.worst(1)), percent_or_none(t.worst(2)), html_text(worst_words(t, 0)));
-  body += "</table>\n";
-  return chart_page(title + ": economy", title + ": requirements of the scan", warnings, in_words(economy),
-                    {which}, body);
+    rows.push_back({word_for(t.of), html_text(t.name), fmt::format("{:.3g}", t.seconds),
+                    percent_or_none(t.worst(0)), percent_or_none(t.worst(1)), percent_or_none(t.worst(2)),
+                    html_text(worst_words(t, 0))});
+  page.body = "<section><h2>Tried</h2>\n" +
+              page_table("Largest error of an entry of the table, by its number of parts",
+                         {{"what"},
+                          {"size"},
+                          {"time (s)", PageColumn::Look::number},
+                          {"16 parts", PageColumn::Look::number},
+                          {"14 parts", PageColumn::Look::number},
+                          {"6 parts", PageColumn::Look::number},
+                          {"worst of 16", PageColumn::Look::words}},
+                         rows) +
+              "</section>\n";
+  return chart_page(page);
 }
 
 }  // namespace borelli

@@ -124,6 +124,10 @@ std::vector<std::size_t> nearest_to_front(const WorkPrecision& chart, const Erro
   return order;
 }
 
+std::string program_of(const Variant& variant) {
+  return variant.other ? variant.method.substr(0, variant.method.find(' ')) : "borelli";
+}
+
 // Number of those on the front.
 std::size_t count_on_front(const WorkPrecision& chart, const ErrorMeasure& quantity, const Cost& cost,
                            Whose whose) {
@@ -148,8 +152,7 @@ std::pair<std::vector<std::size_t>, std::vector<std::size_t>> named_and_grey(con
   std::vector<std::size_t> later;
   std::set<std::string> programs;
   for (std::size_t i = 0; i < others.size(); ++i) {
-    const std::string& name = chart.variants[others[i]].method;
-    const bool first = programs.insert(name.substr(0, name.find(' '))).second;
+    const bool first = programs.insert(program_of(chart.variants[others[i]])).second;
     (first || i < on_front ? named : later).push_back(others[i]);
   }
   for (const std::size_t v : later) (named.size() < most_named ? named : grey).push_back(v);
@@ -163,8 +166,8 @@ Plot plot_of(const WorkPrecision& chart, const ErrorMeasure& quantity, const Cos
   plot.y = {.label = quantity.axis, .logarithmic = true};
   auto [order, grey] = named_and_grey(chart, quantity, cost);
   const std::size_t named = order.size();
+  const bool beside_others = chart.variants.size() > 0 && chart.variants.back().other;
   std::size_t numbered = 0;
-  std::string listed;
   order.insert(order.end(), grey.begin(), grey.end());
   for (std::size_t rank = 0; rank < order.size(); ++rank) {
     Curve curve{.name = name_of(chart.variants[order[rank]]), .marks = true, .faint = rank >= named};
@@ -186,15 +189,11 @@ Plot plot_of(const WorkPrecision& chart, const ErrorMeasure& quantity, const Cos
       curve.hollow.push_back(!p.trusted);
     }
     if (std::none_of(curve.y.begin(), curve.y.end(), [](double y) { return std::isfinite(y); })) continue;
-    if (curve.faint && numbered < most_numbered) {
-      curve.number = ++numbered;
-      listed += fmt::format("{}{} {}", numbered > 1 ? ", " : "", numbered, curve.name);
-      curve.name = fmt::format("{} ({})", curve.name, numbered);
-    }
+    if (curve.faint && numbered < most_numbered) curve.number = ++numbered;
+    if (beside_others) curve.group = program_of(chart.variants[order[rank]]);
     plot.curves.push_back(std::move(curve));
   }
   const auto front = front_of(chart, quantity, cost, Whose::ours);
-  const bool beside_others = chart.variants.size() > 0 && chart.variants.back().other;
   Curve line{.name = beside_others ? "borelli's front" : "front of trusted runs", .broad = true};
   std::vector<std::string> best;  // from coarse to fine, without duplicates
   for (const WorkPrecisionPoint* p : front) {
@@ -210,9 +209,7 @@ Plot plot_of(const WorkPrecision& chart, const ErrorMeasure& quantity, const Cos
   plot.notes = {words + (front.empty() ? "" : "."),
                 "Empty dots: runs whose certificate is not trusted. Crosses above: runs that did not finish, "
                 "or whose error exceeds 10" +
-                    std::string(cost.of == milliseconds ? "" : " (without those that took too long)") +
-                    ". Grey: far from the front" +
-                    (listed.empty() ? std::string(".") : ", by number: " + listed + "."),
+                    std::string(cost.of == milliseconds ? "" : " (without those that took too long)") + ".",
                 chart.reference.words};
   if (quantity.of == of_contacts)
     plot.notes.insert(plot.notes.begin() + 1,
@@ -317,57 +314,103 @@ std::string work_precision_csv(const WorkPrecision& chart) {
   return out;
 }
 
-std::string work_precision_page(const WorkPrecision& chart, const std::vector<std::string>& warnings) {
-  PageButtons errors{"error", {}}, spent{"cost", {}};
-  for (const ErrorMeasure& q : quantities)
-    if (has(chart, q)) errors.values.emplace_back(q.file, q.title);
-  for (const Cost& c : costs) spent.values.emplace_back(c.file, c.title);
-  std::string out;
-  for (const ErrorMeasure& q : quantities)
-    for (const Cost& c : costs)
-      if (has(chart, q))
-        out += fmt::format("<div class='plot' data-error='{}' data-cost='{}'>{}</div>\n", q.file, c.file,
-                           svg(plot_of(chart, q, c)));
-  if (const auto take = recommendations(chart); !take.empty()) {
-    out +=
-        "<h2>Recommended methods</h2>\n<table><tr><th>for an error of</th><th>method</th><th>at</th><th "
-        "class='n'>ms</th><th class='n'>evaluations</th><th class='n'>its error</th></tr>\n";
-    for (const auto& [digits, p] : take)
-      out += fmt::format(
-          "<tr><td>10<sup>−{}</sup></td><td>{}</td><td>{}</td><td class='n'>{:.3g}</td><td class='n'>{}</td>"
-          "<td class='n'>{:.1e}</td></tr>\n",
-          digits, name_of(chart.variants[p->variant]), setting_words(chart, *p), milliseconds(*p),
-          p->evaluations, judged_error(chart, *p));
-    out += fmt::format(
-        "</table>\n<p>The fastest trusted run of those made; {}. Each method was run from coarse to fine "
-        "settings, until a run took longer than the limit or two finer ones brought no gain.</p>\n",
-        chart.has_impacts ? "errors are the largest of the errors of impact times (relative to the run's "
-                            "length), momentum, penetration (relative to the scene's length) and energy"
-                          : "errors are the larger of position and orientation");
+namespace {
+
+std::string recommended_table(const WorkPrecision& chart) {
+  const auto take = recommendations(chart);
+  if (take.empty()) return "";
+  std::vector<std::vector<std::string>> rows;
+  for (const auto& [digits, p] : take)
+    rows.push_back({fmt::format("10<sup>−{}</sup>", digits), html_text(name_of(chart.variants[p->variant])),
+                    setting_words(chart, *p), fmt::format("{:.4g}", milliseconds(*p)),
+                    fmt::format("{}", p->evaluations), fmt::format("{:.1e}", judged_error(chart, *p))});
+  return "<section><h2>Recommended methods</h2>\n" +
+         page_table("",
+                    {{"for an error of"},
+                     {"method"},
+                     {"at"},
+                     {"time (ms)", PageColumn::Look::number},
+                     {"evaluations", PageColumn::Look::number},
+                     {"its error", PageColumn::Look::number}},
+                    rows) +
+         fmt::format(
+             "<p>The fastest trusted run of those made; {}. Each method was run from coarse to fine "
+             "settings, until a run took longer than the limit or two finer ones brought no "
+             "gain.</p></section>\n",
+             chart.has_impacts
+                 ? "errors are the largest of the errors of impact times (relative to the run's "
+                   "length), momentum, penetration (relative to the scene's length) and energy"
+                 : "errors are the larger of position and orientation");
+}
+
+/// The numbers of all charts, with the tips' digits.
+std::string runs_table(const WorkPrecision& chart) {
+  std::vector<PageColumn> titles{{"method"},
+                                 {"at"},
+                                 {"time (ms)", PageColumn::Look::number},
+                                 {"evaluations", PageColumn::Look::number},
+                                 {"trusted"}};
+  std::vector<const ErrorMeasure*> measures;
+  for (const ErrorMeasure& measure : quantities)
+    if (has(chart, measure)) {
+      measures.push_back(&measure);
+      titles.push_back({measure.title, PageColumn::Look::number});
+    }
+  std::vector<std::vector<std::string>> rows;
+  for (const WorkPrecisionPoint& p : chart.points) {
+    if (!p.finished) continue;
+    rows.push_back({html_text(name_of(chart.variants[p.variant])), setting_words(chart, p),
+                    fmt::format("{:.4g}", milliseconds(p)), fmt::format("{}", p.evaluations),
+                    p.trusted ? "yes" : "no"});
+    for (const ErrorMeasure* measure : measures) {
+      const double error = measure->of(chart, p);
+      rows.back().push_back(std::isfinite(error) ? fmt::format("{:.2g}", error) : "–");
+    }
   }
-  std::string failed;
+  return fmt::format("<details class=\"runs\"><summary>All {} finished runs</summary>\n{}</details>\n",
+                     rows.size(), page_table("", titles, rows));
+}
+
+std::string failed_table(const WorkPrecision& chart) {
+  std::vector<std::vector<std::string>> rows;
   for (const WorkPrecisionPoint& p : chart.points)
     if (!p.finished)
-      failed += fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td></tr>\n",
-                            name_of(chart.variants[p.variant]), setting_words(chart, p), html_text(p.reason));
-  if (!failed.empty())
-    out += "<h2>Runs that did not finish</h2>\n<table><tr><th>method</th><th>at</th><th>why</th></tr>\n" +
-           failed + "</table>\n";
-  std::vector<std::string> sentences{
+      rows.push_back(
+          {html_text(name_of(chart.variants[p.variant])), setting_words(chart, p), html_text(p.reason)});
+  if (rows.empty()) return "";
+  return "<section><h2>Runs that did not finish</h2>\n" +
+         page_table("", {{"method"}, {"at"}, {"why", PageColumn::Look::words}}, rows) + "</section>\n";
+}
+
+}  // namespace
+
+std::string work_precision_page(const WorkPrecision& chart, const std::vector<std::string>& warnings) {
+  ChartPage page{.title = chart.scene + ": work and precision",
+                 .heading = chart.scene + ": cost of accuracy",
+                 .warnings = warnings};
+  page.sentences = {
       chart.reference.words,
       fmt::format("Position errors are relative to the scene's length, {:.4g} m: the longest length in the "
                   "scene (placements, gravity centres with radii of gyration, springs, distances).",
                   chart.length)};
   if (chart.share < 1)
-    sentences.insert(
-        sentences.begin(),
-        fmt::format("Coarse runs only, of at most {:.0f} % of the time that a run may take: finer "
-                    "ones follow.",
+    page.sentences.insert(
+        page.sentences.begin(),
+        fmt::format("Coarse runs only, of at most {:.0f} % of the time that a run may take: "
+                    "finer ones follow.",
                     100 * chart.share));
-  std::vector<PageButtons> buttons{errors, spent};
-  if (const std::string why = why_no_drawing(chart); !why.empty()) sentences.push_back(why), buttons.clear();
-  return chart_page(chart.scene + ": work and precision", chart.scene + ": cost of accuracy", warnings,
-                    sentences, buttons, out);
+  if (const std::string why = why_no_drawing(chart); !why.empty()) page.sentences.push_back(why);
+  PageButtons errors{"error", "Error", {}}, spent{"cost", "Cost", {}};
+  for (const ErrorMeasure& q : quantities) {
+    if (!has(chart, q)) continue;
+    errors.values.emplace_back(q.file, q.title);
+    for (const Cost& c : costs)
+      page.plots.push_back({{{"error", q.file}, {"cost", c.file}}, plot_of(chart, q, c)});
+  }
+  for (const Cost& c : costs) spent.values.emplace_back(c.file, c.title);
+  if (!page.plots.empty()) page.buttons = {errors, spent};
+  page.body = recommended_table(chart) + failed_table(chart) + runs_table(chart);
+  return chart_page(page);
 }
 
 std::vector<std::string> work_precision_files() {

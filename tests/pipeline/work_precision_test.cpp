@@ -579,7 +579,7 @@ TEST(WorkPrecision, NamesRunsOnTheFront) {
   }
   ASSERT_EQ(numbers.size(), 18u);
   for (std::size_t i = 0; i < numbers.size(); ++i) EXPECT_EQ(numbers[i], i + 1);
-  EXPECT_NE(plot.notes[1].find("by number: 1 m0, 2 m1"), std::string::npos) << plot.notes[1];
+  EXPECT_NE(svg(plot).find("by number: 1 m0, 2 m1"), std::string::npos);
 }
 
 TEST(WorkPrecision, ListsFailedRunsWithTheirReason) {
