@@ -195,6 +195,18 @@ void add_channel(tinygltf::Animation& animation, int node, const char* path, int
   animation.channels.push_back(std::move(channel));
 }
 
+/// The pose as a matrix of 4 x 4 by columns, as glTF writes them: a viewer places with it what is known in the
+/// patient's frame.
+tinygltf::Value scan_pose(const Pose& X_WS) {
+  Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
+  matrix.topLeftCorner<3, 3>() = X_WS.R;
+  matrix.topRightCorner<3, 1>() = X_WS.p;
+  tinygltf::Value::Array numbers;
+  for (int i = 0; i < 16; ++i) numbers.emplace_back(matrix.data()[i]);
+  return tinygltf::Value(
+      tinygltf::Value::Object{{"patient_from_solid", tinygltf::Value(std::move(numbers))}});
+}
+
 void place(tinygltf::Node& node, const Track& track) {
   node.translation.assign(track.translations.begin(), track.translations.begin() + 3);
   node.rotation.assign(track.rotations.begin(), track.rotations.begin() + 4);
@@ -382,6 +394,7 @@ Result<std::string> glb(const std::vector<Mesh>& meshes, const ScanPoses& X_WS_s
     const auto colour = settings.colours.find(mesh.name);
     node.mesh = add_mesh(model, buffer, mesh, X_WS.inverse(),
                          colour != settings.colours.end() ? colour->second : part_colour(mesh.name));
+    if (scan != X_WS_scan.end()) node.extras = scan_pose(X_WS);
     place(node, track);
     const int index = static_cast<int>(model.nodes.size());
     if (has_solid) tracks.add(index, track);

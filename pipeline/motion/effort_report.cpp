@@ -1,12 +1,14 @@
 #include "pipeline/motion/effort_report.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "dynamics/numbers/rotation_vector.hpp"
-#include "pipeline/body/joint_axes.hpp"
 #include "pipeline/motion/scaled_scene.hpp"
 
 namespace borelli {
@@ -41,14 +43,33 @@ json shares_of(const EffortBands& bands, Eigen::Index u) {
   return shares;
 }
 
+/// The direction in which a ball joint's rotation about an axis (0, 1, 2) is positive, as joint_axes.hpp defines
+/// the axes, in the field's words; "about its axis x" for a joint that a body has not.
+std::string ball_motion(std::string_view joint, int axis) {
+  using Words = std::array<const char*, 3>;
+  constexpr Words limb{"flexion", "adduction", "internal rotation"};
+  constexpr Words trunk{"flexion", "bending to the left", "rotation to the left"};
+  constexpr std::pair<std::string_view, Words> known[] = {
+      {"ankle_", {"dorsiflexion", "inversion", "internal rotation"}},
+      {"wrist_", {"flexion", "ulnar deviation", "pronation"}},
+      {"hip_", limb},
+      {"knee_", limb},
+      {"shoulder_", limb},
+      {"elbow_", limb},
+      {"neck", trunk},
+      {"spine_", trunk}};
+  for (const auto& [start, words] : known)
+    if (joint.starts_with(start)) return words[std::size_t(axis)];
+  return std::string("about its axis ") + "xyz"[axis];
+}
+
 json coordinate_report(const CapturedMotion& motion, const System& system, const CoordinateInfo& c, int part,
                        const std::optional<EffortBands>& bands) {
   const RecordedEfforts& efforts = motion.efforts;
   const Eigen::Index u = c.v_index + part;
   std::string kind = "flexion";
   if (c.v_size == 3) {
-    kind = joint_axes(c.name).axes[std::size_t(part)].motion;
-    if (kind.empty()) kind = std::string("about its axis ") + "xyz"[part];
+    kind = ball_motion(c.name, part);
   }
   json angles = json::array();
   for (Eigen::Index i = 0; i < efforts.q.rows(); ++i) {

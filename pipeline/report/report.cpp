@@ -8,8 +8,9 @@
 #include <cmath>
 #include <fstream>
 #include <future>
+#include <optional>
 
-#include "pipeline/charts/chart_page.hpp"
+#include "pipeline/charts/page_frame.hpp"
 #include "pipeline/export/certificate_report.hpp"
 #include "pipeline/export/cut_lines.hpp"
 #include "pipeline/export/deface.hpp"
@@ -19,6 +20,7 @@
 #include "pipeline/export/thumbnail.hpp"
 #include "pipeline/files/palette.hpp"
 #include "pipeline/report/effort_section.hpp"
+#include "pipeline/report/static_numbers.hpp"
 #include "segmentation/body/tissues.hpp"
 #include "segmentation/vocabulary/parts.hpp"
 #include "threads/slabs.hpp"
@@ -61,17 +63,6 @@ Result<std::string> deflated(std::string_view bytes) {
 
 std::string_view view_of(const std::vector<std::uint8_t>& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
-}
-
-/// JSON that cannot end its enclosing script element; bytes that are not UTF-8 become U+FFFD.
-std::string script_json(const json& value) {
-  std::string escaped;
-  for (const char c : value.dump(-1, ' ', false, json::error_handler_t::replace))
-    if (c == '<')
-      escaped += "\\u003c";
-    else
-      escaped += c;
-  return escaped;
 }
 
 json vector_of(const Eigen::Vector3d& v) { return {v[0], v[1], v[2]}; }
@@ -139,6 +130,43 @@ json histogram_of(const GreyVolume& grey, const LabelMap* labels) {
                        {{"name", "soft tissue"}, {"to", soft_to_hu}},
                        {{"name", "bone"}, {"to", nullptr}}};
   return made;
+}
+
+/// Reach of the labels named `name` along the patient's z axis, m: lowest and highest voxel centre.
+std::optional<std::pair<double, double>> reach_of(const LabelMap& labels, std::string_view name) {
+  const auto found = std::ranges::find(labels.names, name);
+  if (found == labels.names.end()) return std::nullopt;
+  const auto label = std::uint8_t(found - labels.names.begin());
+  const Grid& grid = labels.grid;
+  std::optional<std::pair<double, double>> reach;
+  for (std::int64_t k = 0; k < grid.size[2]; ++k)
+    for (std::int64_t j = 0; j < grid.size[1]; ++j) {
+      const double row = grid.origin[2] + grid.axes(2, 1) * double(j) + grid.axes(2, 2) * double(k);
+      for (std::int64_t i = 0; i < grid.size[0]; ++i) {
+        if (labels.at(i, j, k) != label) continue;
+        const double z = 1e-3 * (row + grid.axes(2, 0) * double(i));
+        if (!reach) reach = {z, z};
+        reach = {std::min(reach->first, z), std::max(reach->second, z)};
+      }
+    }
+  return reach;
+}
+
+/// The stature that the user gave; else the length of a whole body along the patient's z axis, from the top of
+/// the head to the lower foot's end; null: neither is known.
+json body_length(const ReportInputs& inputs) {
+  const json& table = inputs.table;
+  if (table.is_object() && table.contains("source"))
+    if (const double given = table["source"].value("stature_m", 0.); given > 0)
+      return {{"metres", given}, {"given", true}};
+  if (!inputs.labels || !table.is_object() || !table.contains("body") ||
+      table["body"].value("completeness", "") != "whole")
+    return nullptr;
+  const auto head = reach_of(*inputs.labels, "head"), left = reach_of(*inputs.labels, "foot_left"),
+             right = reach_of(*inputs.labels, "foot_right");
+  if (!head || !left || !right) return nullptr;
+  const double voxel = 1e-3 * inputs.labels->grid.axes.row(2).cwiseAbs().sum();  // from centre to centre
+  return {{"metres", head->second - std::min(left->first, right->first) + voxel}, {"given", false}};
 }
 
 json joints_of(const Landmarks& landmarks) {
@@ -240,18 +268,6 @@ Result<std::string> block(const char* name, std::string_view bytes) {
   return fmt::format("<script type=\"text/plain\" id=\"block-{}\">{}</script>\n", name, base64(*packed));
 }
 
-/// The page up to its data; `content` is shown without JavaScript too.
-std::string head_of(const std::string& subject, const std::string& content) {
-  return fmt::format(
-      "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" "
-      "content=\"width=device-width, initial-scale=1\">\n{}\n<meta name=\"color-scheme\" content=\"light "
-      "dark\">\n<meta name=\"generator\" content=\"borelli\">\n<link rel=\"icon\" "
-      "href=\"data:,\">\n<title>{} – borelli</title>\n<style>{}</style>\n</head>\n<body>\n<main "
-      "id=\"page\"><noscript>This report needs JavaScript, which is switched off here. The files beside it "
-      "hold the same numbers.</noscript>{}</main>\n",
-      page_policy, html_text(subject), data::viewer_style, content);
-}
-
 }  // namespace
 
 Result<ScanViews> scan_views(const ReportInputs& inputs) {
@@ -308,6 +324,7 @@ Result<std::string> report_page(const ReportInputs& inputs) {
     report["files"].push_back({{"path", file.path}, {"bytes", file.bytes}});
   if (inputs.trajectory) report["motion"] = motion_of(*inputs.trajectory);
   report.update(views.facts);
+  report["length"] = body_length(inputs);
   std::string moments;
   if (!inputs.efforts.is_null()) {
     auto section = effort_section(inputs.efforts);
@@ -316,7 +333,8 @@ Result<std::string> report_page(const ReportInputs& inputs) {
     moments = std::move(section->html);
   }
 
-  std::string page = head_of(inputs.subject, moments);
+  std::string page =
+      page_head(inputs.subject, data::viewer_style) + static_numbers(report) + moments + "</main>\n";
   page += "<script type=\"application/json\" id=\"report\">" + script_json(report) + "</script>\n";
   page += views.packed;
   if (body.valid()) {
@@ -324,7 +342,7 @@ Result<std::string> report_page(const ReportInputs& inputs) {
     if (!packed) return tl::unexpected(packed.error());
     page += *packed;
   }
-  page += fmt::format("<script>{}</script>\n</body>\n</html>\n", data::viewer_program);
+  page += page_end(data::viewer_program);
   return page;
 }
 

@@ -3,6 +3,7 @@ moves what can be moved, and says what is not as it should be. FULL is the repor
 
 import os
 import sys
+import time
 
 from page_browser import Browser
 
@@ -35,6 +36,16 @@ CONTRAST = """(selector => {
   let back = element; while (back.parentElement && rgba(getComputedStyle(back).backgroundColor)[3] < 255) back = back.parentElement;
   const [a, b] = [light(rgba(getComputedStyle(element).color)), light(rgba(getComputedStyle(back).backgroundColor))];
   return (Math.max(a, b) + .05) / (Math.min(a, b) + .05);
+})"""
+
+
+# How many pixels have the ellipsoid's yellow hue
+YELLOW = """(canvas => {
+  const copy = document.createElement('canvas'); copy.width = canvas.width; copy.height = canvas.height;
+  const pen = copy.getContext('2d'); pen.drawImage(canvas, 0, 0);
+  const data = pen.getImageData(0, 0, copy.width, copy.height).data; let count = 0;
+  for (let i = 0; i < data.length; i += 4) count += data[i + 3] > 60 && data[i] > 150 && data[i + 1] > 140 && data[i + 2] < 0.62 * data[i];
+  return count;
 })"""
 
 
@@ -94,6 +105,70 @@ def check_body(browser):
       if (time > 0.05 || performance.now() - began > 20000) resolve(time); else setTimeout(look, 50); }; look(); })""")
     expect(0.05 < moved < 2, f"after play the clock stands at {moved} s")
     browser.run("document.querySelector('.round').click()")
+
+
+def scrolled_by_wheel(browser, modifiers=0):
+    """How far the page scrolls, and whether the scene changes, when the wheel turns over the stage."""
+    browser.run("document.activeElement.blur(), document.querySelector('.stage').scrollIntoView({block: 'center'})")
+    x, y, before = browser.run("(b => [b.left + b.width / 3, b.top + b.height / 2, scrollY])(document.querySelector('.stage').getBoundingClientRect())")
+    seen = picture(browser, ".stage canvas")
+    browser.call("Input.dispatchMouseEvent", type="mouseWheel", x=x, y=y, deltaX=0, deltaY=120, modifiers=modifiers)
+    browser.run("new Promise(r => setTimeout(r, 400))")
+    return browser.run("scrollY") - before, picture(browser, ".stage canvas")["hash"] != seen["hash"]
+
+
+def check_pick(browser):
+    """A part that is picked, in the list or in the table, is lit and shows its inertia; the stage stays in view."""
+    moved, changed = scrolled_by_wheel(browser)
+    expect(moved > 50 and not changed, f"the wheel over the stage scrolls the page by {moved}")
+    moved, changed = scrolled_by_wheel(browser, modifiers=2)
+    expect(moved == 0 and changed, f"the wheel with Ctrl scrolls the page by {moved}, and the scene {'changes' if changed else 'does not change'}")
+    browser.run("window.borelli.seek(0.25), scrollTo(0, document.body.scrollHeight), document.querySelector('tbody .pick').click()")
+    browser.run("new Promise(r => setTimeout(r, 1200))")
+    name, pressed = browser.run("[document.querySelector('tbody .pick').textContent, document.querySelector('.part[aria-pressed=true] .name')?.textContent]")
+    expect(name == pressed, f"{name} is picked in the table, and {pressed} is lit")
+    top, bottom = browser.run("(b => [b.top, b.bottom])(document.querySelector('.stage').getBoundingClientRect())")
+    expect(top >= -1 and bottom <= 901, f"the stage lies from {top} to {bottom} after a pick in the table")
+    note = browser.run("document.querySelector('.ellipsoid-note').innerText")
+    moments = browser.run("JSON.parse(document.getElementById('report').textContent).table.parts[0].derived.principal_moments_kgm2.map(m => m * 1e4)")
+    said = [float(word) for word in note.replace(",", " ").split() if word.replace(".", "").isdigit()]
+    expect(len(said) == 3 and all(abs(a - b) < 6e-3 * b for a, b in zip(said, moments)), f"the note '{note}' does not tell {moments}")
+    yellow = browser.run(f"{YELLOW}(document.querySelector('.stage canvas'))")
+    expect(yellow > 50, f"the picked part's ellipsoid has {yellow} pixels")
+    browser.run("document.querySelector('.part[aria-pressed=true]').click(), new Promise(r => setTimeout(r, 200))")
+    expect(browser.run(f"{YELLOW}(document.querySelector('.stage canvas'))") == 0, "the ellipsoid stays after its part is left")
+    before = picture(browser, ".stage canvas")
+    for layer in ("Frames", "Parts"):
+        browser.run(f"[...document.querySelectorAll('.looks label')].find(l => l.textContent === '{layer}').querySelector('input').click(), new Promise(r => setTimeout(r, 200))")
+        after = picture(browser, ".stage canvas")
+        expect(after["hash"] != before["hash"], f"the layer {layer} changes nothing")
+        before = after
+
+
+def check_tap(browser, page):
+    """On a phone the stage stays in view while the list of parts below it is tapped."""
+    browser.open(page, 390)
+    browser.run("window.borelli.ready")
+    browser.run("(list => { list.at(-1).scrollIntoView({block: 'end'}); list.at(-1).click(); })([...document.querySelectorAll('.legend .part')])")
+    browser.run("new Promise(r => setTimeout(r, 300))")
+    top, bottom, part = browser.run("[...(b => [b.top, b.bottom])(document.querySelector('.stage').getBoundingClientRect()), "
+                                    "[...document.querySelectorAll('.legend .part')].at(-1).getBoundingClientRect().top]")
+    expect(top > -1 and bottom - top > 200 and part >= bottom - 1, f"after a tap at {part} the stage lies from {top} to {bottom}")
+
+
+def check_without_script(browser, page):
+    """The inertia table's numbers are in the page."""
+    browser.call("Emulation.setScriptExecutionDisabled", value=True)
+    browser.call("Page.navigate", url="file://" + os.path.abspath(page))
+    for _ in range(200):  # no listener for the page's end runs now
+        if browser.run("document.readyState") == "complete":
+            break
+        time.sleep(0.1)
+    rows, mass, wide = browser.run("[document.querySelectorAll('main section tbody tr').length, [...document.querySelectorAll('main section tbody tr')].at(-1)"
+                                   ".cells[2].textContent, document.documentElement.scrollWidth]")
+    expected = browser.run("JSON.parse(document.getElementById('report').textContent).table.body.mass_kg")
+    expect(rows == 17 and abs(float(mass) - expected) < 6e-4, f"without JavaScript {rows} rows and the mass {mass} are shown")
+    browser.call("Emulation.setScriptExecutionDisabled", value=False)
 
 
 def check_scan(browser):
@@ -241,10 +316,13 @@ def main(full, little):
         check_words(browser)
         check_opening(browser)
         check_body(browser)
+        check_pick(browser)
         check_scan(browser)
         check_access(browser)
         check_layout(browser, full, 1280, dark=True)
         check_layout(browser, full, 390)
+        check_tap(browser, full)
+        check_without_script(browser, full)
         browser.open(full, printed=True)
         browser.run("window.borelli.ready")
         shown = browser.run("[...document.querySelectorAll('[role=tabpanel]')].filter(p => p.offsetHeight > 0).length")

@@ -1,5 +1,6 @@
 // The run's account: what was read, how long each stage took, the settings, and the files beside the report.
 import { bytes, fixed, h, partTitle, seconds } from './dom.js';
+import { settingInWords } from './words.js';
 
 const looks = { good: 'good', doubtful: 'doubt', refused: 'bad' };
 
@@ -98,10 +99,10 @@ export function makeSettings(run) {
 function flatten(term, value, rows) {
   if (value === null || value === undefined || value === '') return;
   if (Array.isArray(value) && value.every((v) => typeof v !== 'object')) {
-    if (value.length) rows.push([term, value.join(', ')]);
+    if (value.length) rows.push(settingInWords(term, value.join(', ')));
   } else if (typeof value === 'object') {
     for (const [key, inner] of Object.entries(value)) flatten(`${term} · ${key}`, inner, rows);
-  } else rows.push([term, String(value)]);
+  } else rows.push(settingInWords(term, value));
 }
 
 const said = {

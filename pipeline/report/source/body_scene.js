@@ -2,6 +2,7 @@
 import {
   AmbientLight,
   AnimationMixer,
+  AxesHelper,
   Box3,
   BufferGeometry,
   CircleGeometry,
@@ -43,7 +44,7 @@ export async function makeBody(canvas, glb, way, loads) {
   const scene = new Scene();
   const camera = new PerspectiveCamera(28, 1, 0.01, 200);
   const orbit = new OrbitControls(camera, canvas);
-  // the page scrolls past the picture; only one that was clicked or tabbed to takes the wheel
+  // the page scrolls past the picture; only one that was clicked or tabbed to takes the wheel, or Ctrl with it
   orbit.enableZoom = false;
   canvas.addEventListener('focus', () => {
     orbit.enableZoom = true;
@@ -51,6 +52,13 @@ export async function makeBody(canvas, glb, way, loads) {
   canvas.addEventListener('blur', () => {
     orbit.enableZoom = false;
   });
+  canvas.addEventListener(
+    'wheel',
+    (event) => {
+      orbit.enableZoom = event.ctrlKey || document.activeElement === canvas;
+    },
+    { capture: true, passive: true },
+  );
   canvas.style.touchAction = 'pan-y';
   const { scene: model, animations } = await new GLTFLoader().parseAsync(glb.buffer, '');
   scene.add(model);
@@ -61,6 +69,7 @@ export async function makeBody(canvas, glb, way, loads) {
     node.geometry.computeBoundingSphere();
     solids.push(node);
   });
+  const frames = solids.map((solid) => makeFrame(solid));
 
   const mixer = new AnimationMixer(model);
   const clip = animations[0];
@@ -123,6 +132,7 @@ export async function makeBody(canvas, glb, way, loads) {
     ground,
     path,
     arrows,
+    frames,
     camera,
     orbit,
     look,
@@ -162,6 +172,16 @@ export async function makeBody(canvas, glb, way, loads) {
   };
   self.pose(0);
   return self;
+}
+
+/** The solid's frame, at the joint to its parent: x red, y green, z blue. */
+function makeFrame(solid) {
+  const frame = new AxesHelper(0.5 * solid.geometry.boundingSphere.radius);
+  frame.material.depthTest = false;
+  frame.renderOrder = 2;
+  frame.visible = false;
+  solid.add(frame);
+  return frame;
 }
 
 const middle = (solids) => {

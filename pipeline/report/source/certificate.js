@@ -157,13 +157,13 @@ export function eventTable(motion) {
   const more = events.length > mostEvents ? `, the first ${mostEvents} of ${events.length}` : '';
   const shocks = shown.some((e) => e.impulse > 0);
   const titles = ['At', 'event', 'of', ...(shocks ? ['impulse (N s or N m s)', 'energy lost (J)'] : [])];
-  return h(
+  const table = h(
     'div',
     { class: 'scroll' },
     h(
       'table',
       { class: 'numbers' },
-      h('caption', {}, `Events${more}`),
+      h('caption', {}, `What happened when${more}`),
       h(
         'thead',
         {},
@@ -193,4 +193,13 @@ export function eventTable(motion) {
       ),
     ),
   );
+  return h('details', { class: 'events' }, h('summary', {}, inWordsOf(events)), table);
+}
+
+/** "Events: 12 times impact, 3 times slips". */
+function inWordsOf(events) {
+  const counts = new Map();
+  for (const { kind } of events) counts.set(kind, (counts.get(kind) ?? 0) + 1);
+  const said = [...counts].map(([kind, n]) => `${eventWords[kind] ?? kind.replaceAll('_', ' ')}${n > 1 ? ` (${n} times)` : ''}`);
+  return `Events: ${said.join(', ')}`;
 }

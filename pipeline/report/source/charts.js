@@ -1,6 +1,5 @@
 // The motion's energies and multipliers over time, by uPlot; a click moves the body to that moment.
 import uPlot from 'uplot';
-import 'uplot/dist/uPlot.min.css';
 import { css, darkScheme, fixed, h, onResize, seconds, significant } from './dom.js';
 
 // Okabe & Ito's colours, told apart by the colour-blind; each with a dash of its own for grey print.

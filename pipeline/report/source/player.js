@@ -2,6 +2,7 @@
 import { Raycaster, Vector2, Vector3 } from 'three';
 import { makeBody, views } from './body_scene.js';
 import { darkScheme, fixed, h, onResize, partTitle, significant } from './dom.js';
+import { axisColours, makeEllipsoid } from './inertia_ellipsoid.js';
 
 const speeds = [0.01, 0.1, 0.25, 0.5, 1, 2];
 
@@ -21,7 +22,7 @@ export async function makePlayer(glb, facts, way, loads) {
   const stage = h('div', { class: 'stage' }, canvas, tip);
   const body = await makeBody(canvas, glb, way, loads);
   const clock = makeClock(body);
-  const legend = makeLegend(body, facts);
+  const legend = makeLegend(body, facts, stage);
   pointAtParts(stage, canvas, tip, body, legend, facts);
   steerByKeys(canvas, body, clock);
   if (body.duration > 0) stage.append(clock.bigButton);
@@ -40,6 +41,7 @@ export async function makePlayer(glb, facts, way, loads) {
     pause: clock.pause,
     duration: body.duration,
     onTime: clock.onTime,
+    pick: legend.pick,
     start: () => body.resize(),
   };
 }
@@ -54,6 +56,7 @@ function makeClock(body) {
   let time = 0;
   let playing = false;
   let speed = usualSpeed(body);
+  let loops = true;
   let last = 0;
   const tell = () => listeners.forEach((listen) => listen(time, playing));
   const show = (to) => {
@@ -66,6 +69,10 @@ function makeClock(body) {
     if (!playing) return;
     const next = time + (Math.min(now - last, 100) / 1000) * speed;
     last = now;
+    if (next > body.duration && !loops) {
+      show(body.duration);
+      return pause();
+    }
     show(next > body.duration ? 0 : next);
     requestAnimationFrame(tick);
   };
@@ -106,6 +113,9 @@ function makeClock(body) {
     setSpeed(to) {
       speed = to;
     },
+    setLoop(on) {
+      loops = on;
+    },
     onTime: (listen) => listeners.push(listen),
   };
 }
@@ -143,6 +153,9 @@ function controlsOf(body, clock) {
   };
   clock.onTime(show);
   show(0, false);
+  const step = (by, text, name) =>
+    h('button', { class: 'small', 'aria-label': name, title: name, onclick: () => clock.step(by) }, text);
+  const steps = h('span', { class: 'group' }, step(-1 / 60, '‹', 'A sixtieth of a second back'), step(1 / 60, '›', 'A sixtieth of a second on'));
   const box = (label, checked, change) => {
     const input = h('input', { type: 'checkbox', checked, onchange: () => change(input.checked) });
     return h('label', { class: 'check' }, input, label);
@@ -151,7 +164,7 @@ function controlsOf(body, clock) {
     'div',
     { class: 'controls' },
     body.duration > 0
-      ? h('div', { class: 'transport' }, button, scrub, reading, speed)
+      ? h('div', { class: 'transport' }, button, scrub, reading, steps, speed)
       : h('p', { class: 'quiet' }, 'This run has no motion: the body stands as it was scanned.'),
     h(
       'div',
@@ -179,14 +192,25 @@ function controlsOf(body, clock) {
             body.ask();
           })
         : null,
+      box('Parts', true, (on) => {
+        for (const solid of body.solids) solid.material.visible = on;
+        body.ask();
+      }),
+      box('Frames', false, (on) => {
+        for (const frame of body.frames) frame.visible = on;
+        body.ask();
+      }),
       body.duration > 0 ? box('Follow', body.follows(), (on) => body.setFollow(on)) : null,
+      body.duration > 0 ? box('Loop', true, clock.setLoop) : null,
     ),
   );
 }
 
 /** The list of parts beside the body; hovering or focusing one lights it up, a click keeps it. */
-function makeLegend(body, facts) {
+function makeLegend(body, facts, stage) {
   let kept = null;
+  let ellipsoid = null;
+  const note = h('p', { class: 'ellipsoid-note', hidden: true });
   const rows = new Map();
   const light = (name) => {
     for (const solid of body.solids) {
@@ -203,6 +227,32 @@ function makeLegend(body, facts) {
     kept = kept === name ? null : name;
     for (const [key, row] of rows) row.setAttribute('aria-pressed', key === kept);
     light(kept);
+    showInertia(kept);
+  };
+  /** The kept part's inertia, and its principal moments below the list. */
+  const showInertia = (name) => {
+    ellipsoid?.removeFromParent();
+    const solid = body.solids.find((one) => one.name === name);
+    const inertia = facts.get(name)?.inertia;
+    ellipsoid = solid ? makeEllipsoid(inertia, solid.userData.patient_from_solid) : null;
+    if (ellipsoid) solid.add(ellipsoid);
+    note.hidden = !ellipsoid;
+    if (ellipsoid)
+      note.replaceChildren(
+        h('strong', {}, partTitle(name)),
+        ': ellipsoid of its mass and principal moments, ',
+        ...inertia.moments.map((moment, i) =>
+          h('span', { style: { 'border-bottom': `2px solid ${axisColours[i]}` } }, significant(moment * 1e4, 3), i < 2 ? ', ' : ' kg cm²'),
+        ),
+        ', about its gravity centre.',
+      );
+    body.ask();
+  };
+  /** Keeps a part that was picked elsewhere on the page, and brings the scene into view. */
+  const pick = (name) => {
+    if (!rows.has(name)) return;
+    if (kept !== name) keep(name);
+    stage.scrollIntoView({ block: 'nearest', behavior: 'smooth' });
   };
   const order = [...facts.keys()];
   for (const { name, material } of body.solids.toSorted(
@@ -233,11 +283,12 @@ function makeLegend(body, facts) {
   const help = h(
     'p',
     { class: 'help' },
-    'Drag to turn, right button to move, wheel to zoom. Keys: arrows, + and −, space, comma and point.',
+    'Drag to turn, right button to move. Wheel to zoom after a click, or with Ctrl. Keys: arrows, + and −, space, comma and point.',
   );
   return {
-    element: h('div', { class: 'legend', role: 'group', 'aria-label': 'Parts' }, [...rows.values()], help),
+    element: h('div', { class: 'legend', role: 'group', 'aria-label': 'Parts' }, [...rows.values()], note, help),
     keep,
+    pick,
   };
 }
 

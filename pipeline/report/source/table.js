@@ -1,5 +1,6 @@
 // The inertia table beside published ones, in four views that print one below the other.
 import { fixed, h, partTitle, signed } from './dom.js';
+import { inWords } from './words.js';
 
 const tables = {
   deleva: ['deleva1996', 'de Leva (1996)'],
@@ -34,6 +35,10 @@ export function rowsOf(report) {
         volume: scaled(e.volume_m3, 1e3),
         centre: e.centre_m?.map((c) => c * 1e3),
         tensor: e.tensor_kgm2,
+        inertia:
+          e.centre_m && d.principal_moments_kgm2 && d.principal_axes_columns
+            ? { mass: e.mass_kg, centre: e.centre_m, moments: d.principal_moments_kgm2, axes: d.principal_axes_columns }
+            : null,
         anatomical: d.anatomical_tensor_kgm2,
         principal: d.principal_moments_kgm2,
         frame: e.frame,
@@ -73,7 +78,8 @@ export function sourcesOf(rows) {
   );
 }
 
-export function makeTables(report, rows, sources) {
+/** `pick` is called with the name of the part whose row is pressed; null: there is no scene. */
+export function makeTables(report, rows, sources, pick) {
   const having = (value) =>
     Object.keys(sources).filter((key) => rows.some(({ published: p }) => p[key]?.[value] !== undefined));
   const views = {
@@ -83,16 +89,23 @@ export function makeTables(report, rows, sources) {
     'Inertia tensor': tensorTables(rows),
     'How measured': [notesTable(rows)],
   };
-  return h('div', {}, madeFrom(report.table.source), tabs(views));
+  const element = h('div', {}, madeFrom(report.table.source), tabs(views));
+  if (pick)
+    for (const cell of element.querySelectorAll('tbody th[data-part]')) {
+      const button = h('button', { class: 'pick', title: 'Show it in the scene', onclick: () => pick(cell.dataset.part) });
+      button.append(...cell.childNodes);
+      cell.append(button);
+    }
+  return element;
 }
 
 /** What the table was made from, in a sentence or two. */
 function madeFrom(source) {
   if (!source) return null;
   const density = source.density_curve
-    ? `Densities from CT numbers by the curve ${source.density_curve}${source.density_source ? ` (${source.density_source})` : ''}. `
+    ? `Densities from CT numbers by the curve of ${inWords(source.density_curve)}${source.density_source ? ` (${source.density_source})` : ''}. `
     : '';
-  const cuts = source.cuts ? `Parts are cut after ${source.cuts}. ` : '';
+  const cuts = source.cuts ? `Parts are cut after ${inWords(source.cuts)}. ` : '';
   const pose = source.pose ? `The body was scanned ${source.pose}. ` : '';
   const sex = source.sex
     ? `Published values are those for the ${source.sex} sex.`
@@ -188,7 +201,7 @@ const partHead = (rowspan = 1) => h('th', { scope: 'col', rowspan }, 'Part');
 const partCell = (row) =>
   h(
     'th',
-    { scope: 'row' },
+    { scope: 'row', 'data-part': row.name },
     h('span', { class: 'swatch', style: { background: row.colour } }),
     partTitle(row.name),
     row.completeness === 'cut'
@@ -395,7 +408,7 @@ function notesTable(rows) {
     (r) => [
       number(fixed(r.confidence, 2)),
       h('td', {}, ends(r)),
-      words(r.frame?.cuts),
+      words(r.frame?.cuts && inWords(r.frame.cuts)),
       words(r.frame?.axes),
       words(r.notes, whyNot(r)),
     ],

@@ -1,5 +1,5 @@
 // report.html's program: reads the data that report.cpp wrote into the page and builds the sections from it.
-import './style.css';
+import './viewer.css';
 import { eventTable, makeCertificate, residualTable, verdictOf } from './certificate.js';
 import { makeFiles, makeSettings, makeTimings, segmentationVerdict, totalSeconds, warningsOf } from './account.js';
 import { motionCharts } from './charts.js';
@@ -65,7 +65,7 @@ async function build() {
     const link = player?.duration > 0 ? { onTime: player.onTime, seek: player.seek } : {};
     redraws.push(fillMoments(moments, report.efforts, { ...link, origin: started }).draw);
   }
-  if (rows.length > 0) page.append(anatomy(report, rows, redraws));
+  if (rows.length > 0) page.append(anatomy(report, rows, redraws, player?.pick));
   if (report.volume && (grey || labels)) page.append(scan(report, grey, labels, fits, redraws));
   if (report.motion) page.append(motionSection(report.motion, player, redraws));
   const last = account(report);
@@ -89,6 +89,9 @@ function header(report, rows) {
   const warnings = warningsOf(report).filter(({ text }) => !parts?.reasons.includes(text));
   const facts = [
     whole > 0 ? fact(significant(whole, 4), 'kg', isWhole(report) ? 'body mass' : 'in the scan') : null,
+    report.length?.metres > 0
+      ? fact(fixed(report.length.metres, 2), 'm', report.length.given ? 'stature' : 'from vertex to sole')
+      : null,
     rows.length > 0
       ? fact(String(found), `of ${rows.length}${cut ? `, ${cut} cut` : ''}`, 'parts whole')
       : null,
@@ -157,11 +160,11 @@ function sourceText({ source, segmentation, run }) {
   return `${size} voxels of ${spacing} mm. ${what}.`;
 }
 
-function anatomy(report, rows, redraws) {
+function anatomy(report, rows, redraws, pick) {
   const sources = sourcesOf(rows);
   const chart = makeMassChart(rows, sources, isWhole(report) ? 'the body’s mass' : 'the mass in the scan');
   redraws.push(chart.draw);
-  return section('inertia', 'Parts and their inertia', chart.element, makeTables(report, rows, sources));
+  return section('inertia', 'Parts and their inertia', chart.element, makeTables(report, rows, sources, pick));
 }
 
 function scan(report, grey, labels, fits, redraws) {
