@@ -223,11 +223,21 @@ class UrdfWriter {
     write_inertial(link, {least_link_inertia, Vector3d::Zero(), least_link_inertia * Matrix3d::Identity()});
   }
 
+  // In principal axes, since MuJoCo loses digits of a full tensor: its search for the axes stops early. A
+  // tensor that is diagonal to rounding keeps the link's axes.
   static void write_inertial(XmlNode& link, const Inertial& own) {
+    Matrix3d R = Matrix3d::Identity(), I = own.tensor;
+    const double outside = std::max({std::abs(I(0, 1)), std::abs(I(0, 2)), std::abs(I(1, 2))});
+    if (outside > 1e-15 * I.diagonal().maxCoeff()) {
+      const PrincipalAxes principal = own.principal();
+      Vector3d moments = principal.moments;
+      // flat bodies: rounding must not break the triangle inequality
+      moments[2] = std::min(moments[2], moments[0] + moments[1]);
+      R = principal.axes, I = moments.asDiagonal();
+    }
     XmlNode& node = link.add("inertial");
-    add_origin(node, {Matrix3d::Identity(), own.centre});
+    add_origin(node, {R, own.centre});
     node.add("mass").set("value", own.mass);
-    const Matrix3d& I = own.tensor;
     node.add("inertia")
         .set("ixx", I(0, 0))
         .set("ixy", I(0, 1))
