@@ -184,6 +184,10 @@ class UrdfReader {
  private:
   void collect() {
     for (const XmlElement& c : root_.children) {
+      if (c.name == "mujoco")  // MuJoCo's extension: whether it joins welded links changes no motion
+        if (const XmlElement* compiler = c.child("compiler");
+            compiler && !compiler->text("fusestatic").empty())
+          c.read = true;
       if (c.name != "link" && c.name != "joint") continue;
       c.read = true;
       const std::string& name = c.require("name");

@@ -47,6 +47,8 @@ class UrdfWriter {
     for (const std::string& line : extras_.comments) root_.comment(line);
     if (!plain_.scene.description.empty()) root_.comment(plain_.scene.description);
     const std::size_t losses_at = root_.children.size();
+    // else MuJoCo adds the tensors of welded links, and seeks the axes of the sum: to 1e-7 of the mass matrix
+    root_.add("mujoco").add("compiler").set("fusestatic", "false");
     links_[world_name] = &root_.add("link").set("name", world_name);
     for (const PlainSolid& solid : plain_.solids) add_solid(solid);
     add_meshes();

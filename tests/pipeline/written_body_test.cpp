@@ -1,12 +1,20 @@
-// The phantom's body written as MJCF and URDF: MuJoCo and our reader make the same mechanics of it.
+// Bodies of the phantom and of the ICRP's male written as MJCF, URDF and OpenSim models: MuJoCo and our reader make
+// the same mechanics of them.
 #include <gtest/gtest.h>
 
 #include <fmt/ranges.h>
 
+#include <filesystem>
+
 #include "dynamics/formats/model_file.hpp"
 #include "dynamics/formats/model_write.hpp"
+#include "pipeline/body/measure.hpp"
+#include "segmentation/files/read.hpp"
+#include "segmentation/labelling/segment.hpp"
 #include "tests/dynamics/test_folder.hpp"
+#include "tests/dynamics/three_hinges.hpp"
 #include "tests/dynamics/writable_scene.hpp"
+#include "tests/paths.hpp"
 #include "tests/pipeline/motion/phantom_recording.hpp"
 #ifdef BORELLI_MUJOCO
 #include "tests/dynamics/mujoco_model.hpp"
@@ -18,6 +26,18 @@ namespace {
 Scene phantom_body() {
   const Phantom phantom = build_phantom({}).value();
   return still_body(exact_parts(phantom), phantom.landmarks);
+}
+
+// The ICRP's reference male (publication 110) as `borelli run` makes it of its CT numbers.
+Scene icrp_body(const std::string& file) {
+  const ScannedVolume scan = need(read_volume(file, {FileQuantity::hu, {}}));
+  const Segmentation found = need(segment(scan.volume));
+  MeasureOptions options;
+  options.deviations = false;
+  const InertiaTable table =
+      need(measure(scan.volume, found.labels, found.landmarks, options, completeness_of(found.part)));
+  std::vector<Warning> ignored;
+  return still_body(movable_parts(table, ignored), found.landmarks);
 }
 
 // The body's joints have no springs, so that balls count from their starts.
@@ -36,8 +56,8 @@ BallFrames ball_frames(const Scene& body) {
   return out;
 }
 
-TEST(WrittenBody, HasTheSameMechanicsInMjcf) {
-  const Scene body = phantom_body();
+// Compares with our reader, to rounding, and with MuJoCo.
+void expect_alike_in_mjcf(const Scene& body) {
   const WrittenModel written = need(write_mjcf(body));
   EXPECT_NE(written.text.find("<freejoint name=\"lower_trunk\"/>"), std::string::npos);
   const Folder folder;
@@ -76,6 +96,71 @@ TEST(WrittenBody, HasTheSameMechanicsInMjcf) {
 #endif
   }
 }
+
+#ifdef BORELLI_MUJOCO
+// MuJoCo's own reader of URDF: balls are three hinges there.
+void expect_alike_in_urdf(const Scene& body) {
+  const Folder folder;
+  const auto file = folder.write("body.urdf", need(write_urdf(body)).text);
+  const System system = compiled(need(read_model(file)).scene);
+  ASSERT_GT(system.nv, 30);
+  Mujoco mujoco(file);
+  const Differences d = differences(system, mujoco, 1, order_in(system, *mujoco.model));
+  EXPECT_LT(d.A, 1e-10);
+  EXPECT_LT(d.drive, 1e-10);
+  EXPECT_LT(d.acceleration, 1e-10);
+}
+
+// The OpenSim model by our reader, in terms of three angles a ball, against MuJoCo's reading of the MJCF, which
+// has the balls: A' = J^T A J, (Q - B)' = J^T (Q - B - A J' v'), J a' = a - J' v'.
+void expect_alike_in_osim(const Scene& body) {
+  const Folder folder;
+  const System before = compiled(body),
+               after =
+                   compiled(need(read_model(folder.write("body.osim", need(write_osim(body)).text))).scene);
+  ASSERT_EQ(before.nv, after.nv);
+  const BallFrames balls = ball_frames(body);
+  Mujoco mujoco = Mujoco::of(need(write_mjcf(body)).text);
+  const Order order = order_in(before, *mujoco.model);
+  Random random(2);
+  for (int trial = 0; trial < 3; ++trial) {
+    const State state = random.state(after);
+    const AsScene scene(before, after, state, "_");
+    const InSolidAxes there(before, scene.state, balls);
+    const Mujoco::Terms terms =
+        mujoco.at(there.q(order.q), there.v(order.v), Eigen::VectorXd::Zero(before.nv));
+    Eigen::MatrixXd A(before.nv, before.nv);
+    Eigen::VectorXd drive(before.nv), acceleration(before.nv);
+    A(order.v, order.v) = terms.A, drive(order.v) = terms.drive, acceleration(order.v) = terms.acceleration;
+    A = there.axes.transpose() * A * there.axes;
+    drive = there.axes.transpose() * drive, acceleration = there.axes.transpose() * acceleration;
+    const Evaluation own = need(evaluate(after, state));
+    EXPECT_LT(relative_to_largest(own.mass_matrix, scene.J.transpose() * A * scene.J), 1e-10);
+    EXPECT_LT(relative_to_largest(own.generalized_efforts - own.bias,
+                                  scene.J.transpose() * (drive - A * scene.bend)),
+              1e-10);
+    EXPECT_LT(relative_to_largest(scene.J * own.acceleration + scene.bend, acceleration), 1e-10);
+  }
+}
+#endif
+
+TEST(WrittenBody, HasTheSameMechanicsInMjcf) { expect_alike_in_mjcf(phantom_body()); }
+
+#ifdef BORELLI_MUJOCO
+TEST(WrittenBody, HasTheSameMechanicsInUrdf) { expect_alike_in_urdf(phantom_body()); }
+
+TEST(WrittenBody, HasTheSameMechanicsInOpenSimModels) { expect_alike_in_osim(phantom_body()); }
+
+TEST(WrittenBody, OfTheIcrpMaleHasTheSameMechanicsInEachFormat) {
+  const std::string file = test::shared_folder() + "/volumes/icrp_am/AM_hu.nii.gz";
+  if (!std::filesystem::exists(file)) GTEST_SKIP() << "needs " << file;
+  const Scene body = icrp_body(file);
+  ASSERT_EQ(body.solids.size(), 16u);
+  expect_alike_in_mjcf(body);
+  expect_alike_in_urdf(body);
+  expect_alike_in_osim(body);
+}
+#endif
 
 // The links' places, masses and centres at zero, from the scene's switches alone: what URDF holds whatever its
 // joints are.
