@@ -7,6 +7,7 @@
 #include "pipeline/files/warnings_json.hpp"
 #include "pipeline/files/whole_file.hpp"
 #include "process/input_file.hpp"
+#include "segmentation/files/dicom_labels.hpp"
 #include "segmentation/files/given_landmarks.hpp"
 #include "segmentation/files/landmarks_file.hpp"
 #include "segmentation/files/read.hpp"
@@ -69,6 +70,14 @@ Result<void> write_label_files(const fs::path& path, const LabelMap& labels) {
   return write_whole_set(folder, {names, colours, map}, [&](const fs::path& beside) -> Result<void> {
     if (auto written = write_labels((beside / map).string(), labels); !written) return written;
     return write_bytes(beside / colours, colour_table(labels));
+  });
+}
+
+Result<void> write_dicom_label_file(const fs::path& path, const LabelMap& labels, const DicomSource* source,
+                                    bool patient) {
+  return write_whole(path, [&](const fs::path& beside) {
+    return write_dicom_labels(beside.string(), labels,
+                              {.source = source, .patient = patient, .version = BORELLI_VERSION});
   });
 }
 

@@ -6,6 +6,7 @@
 //                               labels.nii.gz; the table needs the neighbours of each segment
 //   landmarks.json              joint centres and bony points (segmentation/files/landmarks_file.hpp)
 //   landmarks.mrk.json          the same as points for 3D Slicer, to be corrected by hand and given back
+//   labels.dcm                  only if asked for: the same labels as a DICOM segmentation
 //   segmentation.json           the verdict with its reasons; coverage, confidence and note of each requested
 //                               part; warnings; parts declared absent; how the file was read
 #pragma once
@@ -15,6 +16,7 @@
 #include <nlohmann/json.hpp>
 
 #include "error/error.hpp"
+#include "segmentation/files/dicom_source.hpp"
 #include "segmentation/labelling/segment.hpp"
 
 namespace borelli {
@@ -32,6 +34,16 @@ inline constexpr std::array all_parts_file_names{"parts.nii.gz", "parts.tsv", "p
 /// Writes a label map, its names (TSV) and its colours (colour_table.hpp), all or none: first into a
 /// temporary folder, then moved to `path` and beside it. Errors: as write_labels.
 Result<void> write_label_files(const std::filesystem::path& path, const LabelMap& labels);
+
+/// Writes a label map as a DICOM segmentation that refers to `source` (null: to no scan). `patient`: whom it
+/// shows, too. Errors: as write_dicom_labels.
+Result<void> write_dicom_label_file(const std::filesystem::path& path, const LabelMap& labels,
+                                    const DicomSource* source, bool patient);
+
+/// For the help of --patient.
+inline constexpr const char* patient_help =
+    "Copy the patient's name, number, sex, age and the dates of the study from the scan into labels.dcm "
+    "(default: empty)";
 
 /// Writes these files into `folder` (created if missing), each under a temporary name and then renamed. Never
 /// overwrites `given`, the user's landmark file (a path, or empty). Errors: as the writers.

@@ -1,8 +1,10 @@
-// borelli export LABELS -o FOLDER: one mesh per body part, and a picture of them.
+// borelli export LABELS -o FOLDER: one mesh per body part, a picture of them, the labels as DICOM.
 #include <fmt/core.h>
 
 #include <filesystem>
+#include <optional>
 
+#include "pipeline/body/segmentation_files.hpp"
 #include "pipeline/export/display.hpp"
 #include "pipeline/export/mesh_file.hpp"
 #include "pipeline/export/render.hpp"
@@ -21,13 +23,16 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 struct ExportAsked {
-  std::string labels, names, folder, landmarks, table, units = "m";
-  bool stl = false, vtp = false, ply = false, obj = false, picture = false;
+  std::string labels, names, folder, landmarks, table, scan, units = "m";
+  bool stl = false, vtp = false, ply = false, obj = false, picture = false, dicom = false, patient = false;
   double tolerance_mm = 1;
+
+  bool only_dicom() const { return dicom && !stl && !vtp && !ply && !obj && !picture; }
+  fs::path dicom_file() const { return fs::path(folder) / "labels.dcm"; }
 
   // STL and VTP if nothing is named
   MeshFormats formats() const {
-    const bool both = !stl && !vtp && !ply && !obj && !picture;
+    const bool both = !stl && !vtp && !ply && !obj && !picture && !dicom;
     return {stl || both, vtp || both, ply, obj, units == "mm" ? MeshUnit::millimetre : MeshUnit::metre};
   }
 };
@@ -44,15 +49,19 @@ Result<std::vector<Eigen::Vector3d>> joints_of(const std::string& path) {
   return centres;
 }
 
-// gives each mesh its part's mean density
-Result<void> add_densities(const Command& command, const std::string& path, std::vector<Mesh>& meshes) {
-  if (path.empty()) return {};
-  const auto table = read_table(command, path);
+// Nothing where no table is given.
+Result<std::optional<InertiaTable>> table_of(const Command& command, const std::string& path) {
+  if (path.empty()) return std::nullopt;
+  auto table = read_table(command, path);
   if (!table) return tl::unexpected(table.error());
+  return std::move(*table);
+}
+
+// gives each mesh its part's mean density
+void add_densities(const InertiaTable& table, std::vector<Mesh>& meshes) {
   for (Mesh& mesh : meshes)
-    for (const InertiaRow& row : table->rows)
+    for (const InertiaRow& row : table.rows)
       if (row.part == mesh.name && row.volume > 0) mesh.density = row.inertial.mass / row.volume;
-  return {};
 }
 
 json account(const std::vector<Mesh>& meshes, const std::vector<fs::path>& files) {
@@ -67,6 +76,53 @@ json account(const std::vector<Mesh>& meshes, const std::vector<fs::path>& files
   return answer;
 }
 
+// Makes and writes the meshes and the picture. `files`: those that are written already.
+Result<json> export_meshes(const ExportAsked& wanted, const Command& command, const LabelMap& labels,
+                           const std::vector<Eigen::Vector3d>& joints,
+                           const std::optional<InertiaTable>& table, std::vector<fs::path> files) {
+  const fs::path folder = wanted.folder, picture = folder / "body.png";
+  ProgressBar bar(command.json);
+  bar.begin("meshes");
+  auto meshes = part_meshes(labels, {1e-3 * wanted.tolerance_mm, command.threads, [&](double share) {
+                                       bar.update(share);
+                                       return true;
+                                     }});
+  if (!meshes) return tl::unexpected(meshes.error());
+  if (meshes->empty()) return failure(wanted.labels, "contains no labelled voxel");
+  bar.end(fmt::format("{} parts", meshes->size()));
+
+  if (table) add_densities(*table, *meshes);
+  const auto written = write_meshes(folder, *meshes, wanted.formats());
+  if (!written) return tl::unexpected(written.error());
+  files.insert(files.end(), written->begin(), written->end());
+  if (wanted.picture) {
+    const auto drawn = write_whole(picture, [&](const fs::path& beside) {
+      return draw_body(beside.string(), *meshes, {.joints = joints});
+    });
+    if (!drawn) return tl::unexpected(drawn.error());
+    files.push_back(picture);
+  }
+  if (!command.json) {
+    fmt::print("{:<18} {:>10} {:>10}\n", "part", "triangles", "litres");
+    for (const Mesh& mesh : *meshes)
+      fmt::print("{:<18} {:>10} {:>10.3f}\n", mesh.name, mesh.triangles.size(), 1e3 * enclosed_volume(mesh));
+    fmt::print("wrote {} files to {}\n", files.size(), wanted.folder);
+  }
+  return account(*meshes, files);
+}
+
+// The scan that the labels belong to, after a check that labels.dcm can be written. Nothing if it is not
+// asked for.
+Result<std::optional<DicomSource>> scan_of(const ExportAsked& wanted) {
+  if (!wanted.dicom) return std::nullopt;
+  if (auto fine = check_writable(wanted.dicom_file(), {wanted.labels, wanted.scan}); !fine)
+    return tl::unexpected(fine.error());
+  if (wanted.scan.empty()) return std::nullopt;
+  auto source = read_dicom_source(wanted.scan);
+  if (!source) return tl::unexpected(source.error());
+  return std::move(*source);
+}
+
 Result<json> run(const ExportAsked& wanted, const Command& command) {
   if (wanted.picture && !display_answers())  // reported before the work
     return bad_use("--picture", "needs an X display; run the program as 'xvfb-run -a borelli ...'");
@@ -75,42 +131,30 @@ Result<json> run(const ExportAsked& wanted, const Command& command) {
     return tl::unexpected(fine.error());
   const auto joints = joints_of(wanted.landmarks);
   if (!joints) return tl::unexpected(joints.error());
-  const auto labels = read_labels(command, wanted.labels, wanted.names);
+  const auto table = table_of(command, wanted.table);
+  if (!table) return tl::unexpected(table.error());
+  const auto source = scan_of(wanted);
+  if (!source) return tl::unexpected(source.error());
+  const auto labels = read_labels(command, wanted.labels, wanted.names, *source ? &(*source)->grid : nullptr);
   if (!labels) return tl::unexpected(labels.error());
 
-  ProgressBar bar(command.json);
-  bar.begin("meshes");
-  auto meshes = part_meshes(*labels, {1e-3 * wanted.tolerance_mm, command.threads, [&](double share) {
-                                        bar.update(share);
-                                        return true;
-                                      }});
-  if (!meshes) return tl::unexpected(meshes.error());
-  if (meshes->empty()) return failure(wanted.labels, "contains no labelled voxel");
-  bar.end(fmt::format("{} parts", meshes->size()));
-
-  if (auto done = add_densities(command, wanted.table, *meshes); !done) return tl::unexpected(done.error());
-  auto files = write_meshes(folder, *meshes, wanted.formats());
-  if (!files) return tl::unexpected(files.error());
-  if (wanted.picture) {
-    const auto drawn = write_whole(picture, [&](const fs::path& beside) {
-      return draw_body(beside.string(), *meshes, {.joints = *joints});
-    });
-    if (!drawn) return tl::unexpected(drawn.error());
-    files->push_back(picture);
+  std::vector<fs::path> files;
+  if (wanted.dicom) {
+    const auto written =
+        write_dicom_label_file(wanted.dicom_file(), *labels, *source ? &**source : nullptr, wanted.patient);
+    if (!written) return tl::unexpected(written.error());
+    files.push_back(wanted.dicom_file());
+    if (!command.json) fmt::print("wrote {}\n", wanted.dicom_file().string());
   }
-  if (!command.json) {
-    fmt::print("{:<18} {:>10} {:>10}\n", "part", "triangles", "litres");
-    for (const Mesh& mesh : *meshes)
-      fmt::print("{:<18} {:>10} {:>10.3f}\n", mesh.name, mesh.triangles.size(), 1e3 * enclosed_volume(mesh));
-    fmt::print("wrote {} files to {}\n", files->size(), wanted.folder);
-  }
-  return account(*meshes, *files);
+  return wanted.only_dicom() ? account({}, files)
+                             : export_meshes(wanted, command, *labels, *joints, *table, std::move(files));
 }
 
 }  // namespace
 
 void add_export(CLI::App& program, Command& command) {
-  auto* verb = program.add_subcommand("export", "Write one mesh per body part, and a picture of the body");
+  auto* verb = program.add_subcommand(
+      "export", "Write one mesh per body part, a picture of the body, the labels as DICOM");
   auto wanted = std::make_shared<ExportAsked>();
   verb->add_option("labels", wanted->labels, "Label map: .nii.gz, .nrrd or .mha")->required();
   verb->add_option("-o,--out", wanted->folder, "Folder for the files")->required();
@@ -125,6 +169,12 @@ void add_export(CLI::App& program, Command& command) {
       ->check(CLI::IsMember({"m", "mm"}))
       ->capture_default_str();
   verb->add_option("--table", wanted->table, "Inertia table (.json), for the densities in VTP files");
+  auto* dicom =
+      verb->add_flag("--dicom", wanted->dicom, "Write the labels as a DICOM segmentation, labels.dcm");
+  auto* scan = verb->add_option("--scan", wanted->scan,
+                                "DICOM folder of the scan that the labels belong to; labels.dcm refers to it")
+                   ->needs(dicom);
+  verb->add_flag("--patient", wanted->patient, patient_help)->needs(scan);
   verb->add_flag("--picture", wanted->picture, "Draw a picture, body.png; needs an X display");
   verb->add_option("--landmarks", wanted->landmarks,
                    "Landmarks (JSON); the picture shows their joint centres");

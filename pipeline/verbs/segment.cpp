@@ -2,6 +2,7 @@
 #include <fmt/core.h>
 
 #include <array>
+#include <filesystem>
 #include <optional>
 #include <set>
 
@@ -23,11 +24,13 @@
 namespace borelli {
 namespace {
 
+namespace fs = std::filesystem;
+
 struct SegmentAsked {
   std::string volume, folder, quantity, landmarks, labels, names, mapping, segments, tolerance, absent,
       convention = "deleva1996";
   double step = 3;
-  bool step_chosen = false, keep_paths = false;
+  bool step_chosen = false, keep_paths = false, dicom = false, patient = false;
 };
 
 void print(const Segmentation& found, const std::string& reading, const std::string& folder) {
@@ -66,6 +69,33 @@ void warn_of_air(const GreyVolume& volume, const SegmentOptions& options, Segmen
   if (!options.classes) return;
   add_warnings(found.warnings, WarningKind::labels, Severity::doubt,
                {doubt_of_classes(volume, *options.classes, options.threads)});
+}
+
+fs::path dicom_file(const SegmentAsked& asked) { return fs::path(asked.folder) / "labels.dcm"; }
+
+// The headers of a DICOM scan for labels.dcm, after a check that it can be written. Nothing if it is not
+// asked for, or the scan is not DICOM.
+Result<std::optional<DicomSource>> dicom_source_of(const SegmentAsked& asked) {
+  if (!asked.dicom) return std::nullopt;
+  if (auto fine = check_writable(dicom_file(asked), {asked.volume, asked.labels}); !fine)
+    return tl::unexpected(fine.error());
+  std::error_code ignored;
+  if (!fs::is_directory(asked.volume, ignored) && !is_dicom_file(asked.volume)) {
+    if (asked.patient)
+      return bad_use("--patient",
+                     "copies the patient's data from a DICOM scan; " + asked.volume + " is none");
+    return std::nullopt;
+  }
+  auto source = read_dicom_source(asked.volume);
+  if (!source) return tl::unexpected(source.error());
+  return std::move(*source);
+}
+
+Result<void> write_dicom_file(const SegmentAsked& asked, const Segmentation& found,
+                              const std::optional<DicomSource>& source) {
+  if (!asked.dicom) return {};
+  const LabelMap labels = found.asked.empty() ? found.labels : labels_of_segments(found.labels, found.asked);
+  return write_dicom_label_file(dicom_file(asked), labels, source ? &*source : nullptr, asked.patient);
 }
 
 // `pick`: set if a tolerance picks the grid
@@ -107,11 +137,13 @@ Result<nlohmann::json> run(const SegmentAsked& asked, const Command& command) {
   for (const std::string name : segmentation_file_names) {
     // (the user's own points stay: write_segmentation)
     const std::string points = name == "landmarks.mrk.json" ? "" : asked.landmarks;
-    if (auto fine = check_writable(std::filesystem::path(asked.folder) / name,
-                                   {asked.volume, asked.labels, asked.names, points});
+    if (auto fine =
+            check_writable(fs::path(asked.folder) / name, {asked.volume, asked.labels, asked.names, points});
         !fine)
       return tl::unexpected(fine.error());
   }
+  const auto source = dicom_source_of(asked);
+  if (!source) return tl::unexpected(source.error());
   ProgressBar bar(command.json);
   SegmentOptions options{asked.step, command.threads};
   options.convention = convention(asked.convention).value();
@@ -147,6 +179,8 @@ Result<nlohmann::json> run(const SegmentAsked& asked, const Command& command) {
       segmentation_account(*found, input_names.name_of(asked.volume), scanned->reading));
   if (pick) account["tolerance"] = to_json(*pick);
   if (const auto written = write_segmentation(asked.folder, *found, account, asked.landmarks); !written)
+    return tl::unexpected(written.error());
+  if (const auto written = write_dicom_file(asked, *found, *source); !written)
     return tl::unexpected(written.error());
   if (!command.json) print(*found, scanned->reading, asked.folder);
   if (!command.json && pick && pick->met) fmt::print("{}\n", in_words(*pick));
@@ -188,6 +222,11 @@ void add_segment(CLI::App& program, Command& command) {
   verb->add_option("--absent", asked->absent, absent_help);
   verb->add_option("--segments", asked->segments, segments_help);
   verb->add_flag("--keep-paths", asked->keep_paths, keep_paths_help);
+  auto* dicom =
+      verb->add_flag("--dicom", asked->dicom,
+                     "Also write the labels as a DICOM segmentation, labels.dcm, that refers to the "
+                     "scan's images");
+  verb->add_flag("--patient", asked->patient, patient_help)->needs(dicom);
   group_options(*verb, "Labels and landmarks",
                 {"--labels", "--label-mapping", "--label-names", "--landmarks"});
   group_options(*verb, "Parts",

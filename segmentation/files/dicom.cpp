@@ -308,13 +308,18 @@ ScannedVolume describe(const SliceStack& stack, const QuantityReading& reading) 
 
 }  // namespace
 
-Result<ScannedVolume> read_dicom_folder(const std::string& folder, const ReadOptions& options) try {
-  auto found = find_groups(folder, options.progress);
+Result<SliceStack> find_dicom_stack(const std::string& folder, const Progress& progress) {
+  auto found = find_groups(folder, progress);
   if (!found) return tl::unexpected(found.error());
   auto chosen = choose(folder, std::move(*found));
   if (!chosen) return tl::unexpected(chosen.error());
-  const auto notes = std::move(chosen->notes);
-  const auto stack = stack_slices(folder, std::move(chosen->slices));
+  auto stack = stack_slices(folder, std::move(chosen->slices));
+  if (stack) stack->notes.insert(stack->notes.begin(), chosen->notes.begin(), chosen->notes.end());
+  return stack;
+}
+
+Result<ScannedVolume> read_dicom_folder(const std::string& folder, const ReadOptions& options) try {
+  const auto stack = find_dicom_stack(folder, options.progress);
   if (!stack) return tl::unexpected(stack.error());
   const DicomSlice& first = stack->slices.front();
   const auto quantity = quantity_of(folder, first.modality, options.quantity);
@@ -331,7 +336,6 @@ Result<ScannedVolume> read_dicom_folder(const std::string& folder, const ReadOpt
     reading->statement = fmt::format("{}: the series is DICOM {}", quantity_words(*quantity), first.modality);
 
   ScannedVolume scanned = describe(*stack, *reading);
-  scanned.warnings.insert(scanned.warnings.end(), notes.begin(), notes.end());
   scanned.warnings.insert(scanned.warnings.end(), stack->notes.begin(), stack->notes.end());
   scanned.volume.voxels =
       to_int16(std::move(*voxels), slope, intercept, range, *quantity, scanned.warnings, &scanned.clamped);

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "segmentation/files/read.hpp"
+#include "segmentation/files/slice_stack.hpp"
 
 namespace borelli {
 
@@ -12,5 +13,9 @@ namespace borelli {
 /// apart, colours, multi-frame files without frame positions, and those of stack_slices and
 /// read_dicom_pixels.
 Result<ScannedVolume> read_dicom_folder(const std::string& folder, const ReadOptions& options);
+
+/// The slices of the series that read_dicom_folder reads there, and their grid. The stack's notes begin
+/// with those on the choice. Errors: as read_dicom_folder, but for pixels.
+Result<SliceStack> find_dicom_stack(const std::string& folder, const Progress& progress = {});
 
 }  // namespace borelli

@@ -84,8 +84,8 @@ double most_beside_whole(const ImageHeader& header) {
 }
 
 // The numbers that occur. Consecutive equal voxels are looked up once.
-Result<std::set<std::int64_t>> numbers_in(const std::string& path, const StoredVoxels& voxels,
-                                          const ImageHeader& header, std::vector<std::string>& warnings) {
+Result<std::set<std::int64_t>> label_numbers(const std::string& path, const StoredVoxels& voxels,
+                                             const ImageHeader& header, std::vector<std::string>& warnings) {
   std::set<std::int64_t> numbers;
   const double most_beside = most_beside_whole(header);
   double beside = 0, example = 0;
@@ -286,7 +286,9 @@ Result<Read> read_file(const std::string& path, const std::string& names, const 
   std::error_code ignored;
   if (masks && !names.empty())
     return bad_use(names, "cannot name masks; in a folder of masks the file names are the names");
-  if (table.empty() && !masks && std::filesystem::exists(names_file(path), ignored)) table = names_file(path);
+  const bool names_itself = masks || dicom;  // a table beside it is another file's
+  if (table.empty() && !names_itself && std::filesystem::exists(names_file(path), ignored))
+    table = names_file(path);
   if (!table.empty()) {
     auto read = read_names(table);
     if (!read) return tl::unexpected(read.error());
@@ -311,7 +313,7 @@ Result<Read> read_file(const std::string& path, const std::string& names, const 
         take_names(header->segments[n], segment_number[n], as_parts, out);
     if (header->layers > 1) *voxels = flatten(*voxels, *header, segment_number);
   }
-  const auto numbers = numbers_in(path, *voxels, *header, header->warnings);
+  const auto numbers = label_numbers(path, *voxels, *header, header->warnings);
   if (!numbers) return tl::unexpected(numbers.error());
   const auto labels = assign_labels(path, *numbers, out.names, as_parts);
   if (!labels) return tl::unexpected(labels.error());

@@ -11,7 +11,8 @@ namespace borelli {
 
 namespace data {
 extern const char* const terminology;
-}
+extern const char* const part_terms;
+}  // namespace data
 
 namespace {
 
@@ -23,6 +24,16 @@ std::vector<std::string> split_at(std::string_view text, char by) {
     else
       words.back() += c;
   return words;
+}
+
+// The cells of a table's rows, without comments and the header.
+std::vector<std::vector<std::string>> rows_of_terms(const char* table) {
+  std::vector<std::vector<std::string>> rows;
+  std::istringstream text(table);
+  for (std::string line; std::getline(text, line);)
+    if (!line.empty() && !line.starts_with('#') && !line.starts_with("name\t"))
+      rows.push_back(split_at(line, '\t'));
+  return rows;
 }
 
 // "left", "right" or empty. Falls back to the meaning, because SNOMED CT, SRT and FMA use different codes.
@@ -37,16 +48,18 @@ std::string side_of(const CodedTerm& term) {
 const std::map<std::string, std::string>& classes() {
   static const auto all = [] {
     std::map<std::string, std::string> out;
-    std::istringstream text(data::terminology);
-    for (std::string line; std::getline(text, line);) {
-      if (line.empty() || line.starts_with('#') || line.starts_with("name\t")) continue;
-      const auto cell = split_at(line, '\t');  // name, code, meaning, region, side
+    for (const auto& cell : rows_of_terms(data::terminology))  // name, code, meaning, region, side
       for (const auto& what : {cell[1], plain_name(cell[2])})
         out.try_emplace(what + "/" + cell[3] + "/" + cell[4], cell[0]);
-    }
     return out;
   }();
   return all;
+}
+
+CodedTerm term_of_side(const std::string& side) {
+  if (side == "left") return {"SCT", "7771000", "Left"};
+  if (side == "right") return {"SCT", "24028007", "Right"};
+  return {};
 }
 
 CodedTerm term_in(std::string_view text) {
@@ -71,6 +84,19 @@ std::string class_of_terms(const SegmentTerms& terms) {
       if (it != classes().end()) return it->second;
     }
   return "";
+}
+
+SegmentTerms terms_of_class(std::string_view name) {
+  for (const auto& cell : rows_of_terms(data::part_terms))
+    if (cell[0] == name) return {{"SCT", cell[1], cell[2]}, term_of_side(cell[3]), {}, {}};
+  const auto rows = rows_of_terms(data::terminology);
+  for (const auto& cell : rows) {
+    if (cell[0] != name) continue;
+    const auto region = std::ranges::find_if(rows, [&](const auto& r) { return r[1] == cell[3]; });
+    if (region == rows.end()) return {{"SCT", cell[1], cell[2]}, term_of_side(cell[4]), {}, {}};
+    return {{"SCT", cell[1], cell[2]}, {}, {"SCT", (*region)[1], (*region)[2]}, term_of_side(cell[4])};
+  }
+  return {{"SCT", "85756007", "Tissue"}, {}, {}, {}};
 }
 
 SegmentTerms terms_in_tags(std::string_view tags) {

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "pipeline/export/display.hpp"
+#include "segmentation/files/read.hpp"
 #include "segmentation/files/write.hpp"
 #include "segmentation/vocabulary/parts.hpp"
 #include "tests/pipeline/program_run.hpp"
@@ -49,6 +50,38 @@ TEST_F(Export, WritesAMeshPerPartInBothFormats) {
   for (const char* file : {"head.stl", "head.vtp", "upper_trunk.stl", "upper_trunk.vtp"})
     EXPECT_TRUE(fs::exists(folder_ / "out" / file)) << file;
   EXPECT_EQ(said["files"].size(), 4u);
+}
+
+TEST_F(Export, WritesLabelsAsDicom) {
+  const ProgramRun answer = run("--dicom --json");
+  ASSERT_EQ(answer.code, 0) << answer.err;
+  const auto said = nlohmann::json::parse(answer.out);
+  EXPECT_EQ(said["files"], nlohmann::json::array({(folder_ / "out/labels.dcm").string()}));
+  const auto labels = read_labels((folder_ / "labels.nii.gz").string());
+  ASSERT_TRUE(labels) << labels.error().message();
+  const auto back = read_labels((folder_ / "out/labels.dcm").string(), "", {}, &labels->grid);
+  ASSERT_TRUE(back) << back.error().message();
+  EXPECT_EQ(back->voxels, labels->voxels);
+  EXPECT_FALSE(fs::exists(folder_ / "out/head.stl"));
+  EXPECT_EQ(run("--dicom --stl").code, 0);
+  EXPECT_TRUE(fs::exists(folder_ / "out/head.stl"));
+}
+
+TEST_F(Export, SaysWhyLabelsDoNotBecomeDicom) {
+  const auto refused = [&](const std::string& arguments, int code, const std::string& why) {
+    const ProgramRun answer = run(arguments);
+    EXPECT_EQ(answer.code, code) << arguments;
+    EXPECT_NE(answer.err.find(why), std::string::npos) << answer.err;
+    EXPECT_FALSE(fs::exists(folder_ / "out/labels.dcm")) << arguments;
+  };
+  refused("--dicom --scan " + (folder_ / "labels.nii.gz").string(), 2, "is no DICOM scan");
+  refused("--dicom --scan " + (folder_ / "none").string(), 2, "none");
+  refused("--scan " + folder_.path().string(), 2, "--dicom");
+  refused("--dicom --patient", 2, "--scan");
+  fs::create_directories(folder_ / "out/labels.dcm/inner");
+  const ProgramRun answer = run("--dicom");
+  EXPECT_EQ(answer.code, 2);
+  EXPECT_NE(answer.err.find("labels.dcm"), std::string::npos) << answer.err;
 }
 
 TEST_F(Export, WritesOnlyRequestedFormats) {

@@ -56,6 +56,28 @@ TEST(SegmentVerb, WritesLabelsLandmarksAndFindings) {
   EXPECT_LT((landmarks->at("shoulder_left").point - body->landmarks.at("shoulder_left").point).norm(), 4);
 }
 
+TEST(SegmentVerb, WritesItsLabelsAsDicomToo) {
+  const TestFolder folder;
+  const auto body = build_phantom({});
+  ASSERT_TRUE(body) << body.error().message();
+  GridOptions coarse;
+  coarse.spacing = Eigen::Vector3d::Constant(5);
+  ASSERT_TRUE(write_volume(folder / "scan.nrrd", voxelise(*body, phantom_grid(*body, coarse)).grey));
+  const std::string command = "segment " + (folder / "scan.nrrd").string() + " --work-grid 5 -o " +
+                              (folder / "out").string() + " --dicom";
+  const auto patient = run_program(command + " --patient");
+  EXPECT_EQ(patient.code, 2);
+  EXPECT_NE(patient.err.find("DICOM scan"), std::string::npos) << patient.err;
+  EXPECT_EQ(folder.count(), 1);
+  const auto run = run_program(command);
+  ASSERT_EQ(run.code, 0) << run.err;
+  const auto labels = read_labels((folder / "out/labels.nii.gz").string());
+  ASSERT_TRUE(labels) << labels.error().message();
+  const auto dicom = read_labels((folder / "out/labels.dcm").string(), "", {}, &labels->grid);
+  ASSERT_TRUE(dicom) << dicom.error().message();
+  EXPECT_EQ(dicom->voxels, labels->voxels);
+}
+
 // Somebody else's label map on a grid of its own, and a knee that was moved in 3D Slicer.
 TEST(SegmentVerb, UsesClassesAndLandmarksOfOtherPrograms) {
   const TestFolder folder;

@@ -3,10 +3,13 @@
 #include <fmt/format.h>
 #include <gdcmImage.h>
 #include <gdcmSequenceOfFragments.h>
+#include <gdcmSequenceOfItems.h>
 #include <gdcmTrace.h>
 #include <gdcmTransferSyntax.h>
+#include <gdcmWriter.h>
 
 #include <exception>
+#include <string_view>
 
 #include "process/on_demand.hpp"
 
@@ -54,7 +57,47 @@ Result<void> unpack(const DicomSlice& slice, std::span<const std::byte> stream, 
   return failure(slice.path, "has pixels that cannot be decompressed: damaged (" + slice.packing + ")");
 }
 
+gdcm::DataSet in_gdcm(const DicomDataSet& set) {
+  gdcm::DataSet out;
+  for (const DicomElement& own : set) {
+    gdcm::DataElement element(
+        gdcm::Tag(static_cast<std::uint16_t>(own.tag >> 16), static_cast<std::uint16_t>(own.tag)));
+    element.SetVR(gdcm::VR::GetVRTypeFromFile(own.vr));
+    if (std::string_view(own.vr) == "SQ") {
+      gdcm::SmartPointer<gdcm::SequenceOfItems> items = new gdcm::SequenceOfItems;
+      items->SetLengthToUndefined();
+      for (const DicomDataSet& nested : own.items) {
+        gdcm::Item item;
+        item.SetVLToUndefined();
+        item.SetNestedDataSet(in_gdcm(nested));
+        items->AddItem(item);
+      }
+      element.SetValue(*items);
+      element.SetVLToUndefined();
+    } else if (!own.value.empty()) {
+      const std::string_view vr = own.vr;
+      std::string value = own.value;
+      if (value.size() % 2) value += vr == "UI" || vr == "OB" ? '\0' : ' ';
+      element.SetByteValue(value.data(), static_cast<std::uint32_t>(value.size()));
+    }
+    out.Insert(element);
+  }
+  return out;
+}
+
+bool write(std::ostream& stream, const DicomDataSet& set) try {
+  gdcm::Trace::DebugOff(), gdcm::Trace::WarningOff(), gdcm::Trace::ErrorOff();
+  gdcm::Writer writer;
+  gdcm::File& file = writer.GetFile();
+  file.SetDataSet(in_gdcm(set));
+  file.GetHeader().SetDataSetTransferSyntax(gdcm::TransferSyntax::ExplicitVRLittleEndian);
+  writer.SetStream(stream);
+  return writer.Write() && stream.flush();
+} catch (const std::exception&) {
+  return false;
+}
+
 }  // namespace
 }  // namespace borelli
 
-BORELLI_ON_DEMAND(borelli::GdcmFunctions){.unpack = borelli::unpack};
+BORELLI_ON_DEMAND(borelli::GdcmFunctions){.unpack = borelli::unpack, .write = borelli::write};
