@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "process/input_file.hpp"
 #include "segmentation/files/dicom.hpp"
 #include "segmentation/files/dicom_elements.hpp"
 #include "segmentation/files/dicom_segmentation.hpp"
@@ -40,8 +41,11 @@ bool is_dicom_uid(const std::string& text) {
 
 Result<DicomSource> read_dicom_source(const std::string& scan) {
   std::error_code ignored;
-  if (!std::filesystem::is_directory(scan, ignored) && !is_dicom_file(scan))
-    return bad_use(scan, "is no DICOM scan; give the folder of the series that the labels belong to");
+  if (!std::filesystem::is_directory(scan, ignored)) {
+    if (auto fine = check_input_file(scan); !fine) return tl::unexpected(fine.error());
+    if (!is_dicom_file(scan))
+      return bad_use(scan, "is no DICOM scan; give the folder of the series that the labels belong to");
+  }
   const auto stack = find_dicom_stack(scan);
   if (!stack) return tl::unexpected(stack.error());
   DicomSource source{

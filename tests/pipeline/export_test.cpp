@@ -75,7 +75,7 @@ TEST_F(Export, SaysWhyLabelsDoNotBecomeDicom) {
     EXPECT_FALSE(fs::exists(folder_ / "out/labels.dcm")) << arguments;
   };
   refused("--dicom --scan " + (folder_ / "labels.nii.gz").string(), 2, "is no DICOM scan");
-  refused("--dicom --scan " + (folder_ / "none").string(), 2, "none");
+  refused("--dicom --scan " + (folder_ / "none").string(), 2, "no such file");
   refused("--scan " + folder_.path().string(), 2, "--dicom");
   refused("--dicom --patient", 2, "--scan");
   fs::create_directories(folder_ / "out/labels.dcm/inner");

@@ -28,10 +28,10 @@ Scene phantom_body() {
   return still_body(exact_parts(phantom), phantom.landmarks);
 }
 
-// The ICRP's reference male (publication 110) as `borelli run` makes it of its CT numbers.
+// The ICRP's reference male (publication 110) of its CT numbers.
 Scene icrp_body(const std::string& file) {
   const ScannedVolume scan = need(read_volume(file, {FileQuantity::hu, {}}));
-  const Segmentation found = need(segment(scan.volume));
+  const Segmentation found = need(segment(scan.volume, {5, 0}));  // work grid of 5 mm
   MeasureOptions options;
   options.deviations = false;
   const InertiaTable table =
