@@ -10,8 +10,8 @@
 #include <numbers>
 #include <sstream>
 
-#include "dynamics/scene/convex_hull.hpp"
 #include "dynamics/formats/model_file.hpp"
+#include "dynamics/scene/convex_hull.hpp"
 #include "tests/dynamics/test_folder.hpp"
 
 #ifdef BORELLI_MUJOCO
