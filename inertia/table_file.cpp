@@ -28,7 +28,7 @@ using Eigen::Vector3d;
 using Json = nlohmann::ordered_json;
 
 constexpr std::string_view format_name = "borelli inertia table, 1";
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
+constexpr double absent = std::numeric_limits<double>::quiet_NaN();
 
 // ---- CSV: a row is a list of column names and fields; the first row gives the header
 
@@ -54,12 +54,12 @@ void add_deviations(Fields& fields, const InertiaTable& table, const InertiaRow&
   };
   for (const Entry& entry : entries) {
     const EntryDeviation* deviation = of(entry.name);
-    add(fields, entry.name + "_sd", deviation ? deviation->total : none);
+    add(fields, entry.name + "_sd", deviation ? deviation->total : absent);
   }
   const EntryDeviation* mass = of("mass_kg");
   for (std::size_t n = 0; n < table.causes.size(); ++n)
     add(fields, "mass_sd_" + table.causes[n] + "_kg",
-        mass && n < mass->by_cause.size() ? mass->by_cause[n] : none);
+        mass && n < mass->by_cause.size() ? mass->by_cause[n] : absent);
 }
 
 void add_published(Fields& fields, const InertiaTable& table, const InertiaRow& row, std::string_view name) {
@@ -68,15 +68,15 @@ void add_published(Fields& fields, const InertiaTable& table, const InertiaRow& 
   const auto* p = beside.published;
   const auto own = anatomical_numbers(row);
   const bool shape = p && beside.shape && own;
-  add(fields, prefix + "mass_pct", p && beside.mass ? 100 * p->mass_share : none);
+  add(fields, prefix + "mass_pct", p && beside.mass ? 100 * p->mass_share : absent);
   add(fields, prefix + "mass_diff_pct",
-      p && beside.mass ? 100 * (table.share(row) / p->mass_share - 1) : none);
-  add(fields, prefix + "centre_pct", shape ? 100 * p->centre_along : none);
-  add(fields, prefix + "centre_diff_pct", shape ? 100 * (own->centre_along / p->centre_along - 1) : none);
+      p && beside.mass ? 100 * (table.share(row) / p->mass_share - 1) : absent);
+  add(fields, prefix + "centre_pct", shape ? 100 * p->centre_along : absent);
+  add(fields, prefix + "centre_diff_pct", shape ? 100 * (own->centre_along / p->centre_along - 1) : absent);
   add(fields, {prefix + "rx_pct", prefix + "ry_pct", prefix + "rz_pct"},
-      shape ? Vector3d(100 * p->radii) : Vector3d::Constant(none));
+      shape ? Vector3d(100 * p->radii) : Vector3d::Constant(absent));
   add(fields, {prefix + "rx_diff_pct", prefix + "ry_diff_pct", prefix + "rz_diff_pct"},
-      shape ? Vector3d(100 * (own->radii.array() / p->radii.array() - 1)) : Vector3d::Constant(none));
+      shape ? Vector3d(100 * (own->radii.array() / p->radii.array() - 1)) : Vector3d::Constant(absent));
   add(fields, prefix + "why_not", beside.why_not);
 }
 
@@ -91,8 +91,9 @@ Fields csv_row(const InertiaTable& table, const InertiaRow& row) {
   add(fields, "cuts", row.frame ? row.frame->cuts : "");
   const auto entries = entries_of(table, row);
   for (const Entry& entry : entries) add(fields, entry.name, entry.value);
-  const PrincipalAxes principal =
-      there ? row.inertial.principal() : PrincipalAxes{Vector3d::Constant(none), Matrix3d::Constant(none)};
+  const PrincipalAxes principal = there
+                                      ? row.inertial.principal()
+                                      : PrincipalAxes{Vector3d::Constant(absent), Matrix3d::Constant(absent)};
   for (int n = 0; n < 3; ++n) {
     const std::string axis = fmt::format("axis{}_", n + 1);
     add(fields, {axis + "x", axis + "y", axis + "z"}, principal.axes.col(n));

@@ -93,15 +93,13 @@ class EqualityReader {
       if (const std::string bad = tie.complaint(); !bad.empty()) e.refuse("joint2", bad);
       return tie;
     }
-    CoordinateCoupling tie{
-        .coordinates = {{first.coordinate}}, .ratios = {1}, .value = constant(first.start + c[0])};
-    if (e.has("joint2")) {
-      const MjcfJoint& second = joint(e, "joint2");
-      tie.coordinates.push_back({second.coordinate});
-      tie.ratios.push_back(-c[1]);
-      tie.value = constant(first.start + c[0] - c[1] * second.start);
-    }
-    return tie;
+    if (!e.has("joint2"))
+      return CoordinateCoupling{
+          .coordinates = {{first.coordinate}}, .ratios = {1}, .value = constant(first.start + c[0])};
+    const MjcfJoint& second = joint(e, "joint2");
+    return CoordinateCoupling{.coordinates = {{first.coordinate}, {second.coordinate}},
+                              .ratios = {1, -c[1]},
+                              .value = constant(first.start + c[0] - c[1] * second.start)};
   }
 
   const std::map<std::string, Pose>& poses_;
