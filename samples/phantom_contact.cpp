@@ -16,12 +16,12 @@ int root_of(const std::vector<PhantomSolid>& solids, int solid) {
   return solid;
 }
 
-struct Box {
+struct Bounds {
   Vector3d low = Vector3d::Constant(1e30), high = Vector3d::Constant(-1e30);
 };
 
-Box box_of(const EllipticStack& shape) {
-  Box box;
+Bounds box_of(const EllipticStack& shape) {
+  Bounds box;
   for (int corner = 0; corner < 8; ++corner) {
     Vector3d local;
     for (int c = 0; c < 3; ++c) local[c] = corner >> c & 1 ? shape.box_high()[c] : shape.box_low()[c];
@@ -40,7 +40,7 @@ Box box_of(const EllipticStack& shape) {
 // A root with its box and all solids nested in it, the innermost last.
 struct Root {
   std::size_t first, last;  // indices of solids, both included
-  Box box;
+  Bounds box;
 };
 
 }  // namespace

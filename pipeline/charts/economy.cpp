@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <limits>
 #include <map>
 #include <set>
 
 #include "dynamics/numbers/rotation_vector.hpp"
 #include "dynamics/run/simulate.hpp"
+#include "pipeline/charts/work_precision.hpp"
 
 namespace borelli {
 namespace {
@@ -38,12 +38,6 @@ constexpr std::size_t paired = 6;
 // compared instants per step of the whole model, and their largest number
 constexpr double instants_to_a_step = 4;
 constexpr int most_instants = 20000;
-
-double processor_time() {
-  timespec now;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
-}
 
 bool moves(const Switch& one) {
   return !std::holds_alternative<Fixed>(one.kind) && !std::holds_alternative<Locked>(one.motion);

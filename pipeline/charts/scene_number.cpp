@@ -16,7 +16,7 @@ namespace borelli {
 namespace {
 
 // largest number of paths in an error
-constexpr std::size_t most_named = 6;
+constexpr std::size_t most_suggested = 6;
 
 constexpr std::string_view lists[] = {"solid", "effort", "constraint"};
 
@@ -122,7 +122,7 @@ tl::unexpected<Error> no_number(const toml::table& root, const std::string& file
   };
   std::stable_sort(all.begin(), all.end(),
                    [&](const std::string& a, const std::string& b) { return far(a) < far(b); });
-  all.resize(std::min(all.size(), most_named));
+  all.resize(std::min(all.size(), most_suggested));
   return bad_use(file, all.empty() ? fmt::format("contains no number, so none at '{}'", path)
                                    : fmt::format("has no number at '{}'; the nearest are {}", path,
                                                  fmt::join(all, ", ")));

@@ -17,18 +17,17 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double least_load = 20;      // N
 constexpr double farthest_foot = 0.5;  // m, from the centre of pressure
 constexpr double alike = 0.1;          // m, distances too near to each other to tell the feet apart
 constexpr double shortest = 0.05;      // s, of a stance; shorter loads are noise of a plate
 
 /// A stance on a plate: samples from first to last.
-struct Stance {
+struct PlateStance {
   Eigen::Index first = 0, last = 0;
 };
 
-std::vector<Stance> stances_on(const MeasuredForce& plate) {
-  std::vector<Stance> out;
+std::vector<PlateStance> stances_on(const MeasuredForce& plate) {
+  std::vector<PlateStance> out;
   bool loaded = false;
   for (Eigen::Index i = 0; i < plate.force.cols(); ++i) {
     const bool now = plate.force.col(i).norm() >= least_load && plate.point.col(i).allFinite();
@@ -36,7 +35,7 @@ std::vector<Stance> stances_on(const MeasuredForce& plate) {
     if (now) out.back().last = i;
     loaded = now;
   }
-  std::erase_if(out, [&](const Stance& stance) {
+  std::erase_if(out, [&](const PlateStance& stance) {
     return plate.times[std::size_t(stance.last)] - plate.times[std::size_t(stance.first)] < shortest;
   });
   return out;
@@ -48,7 +47,7 @@ class FootDistances {
   FootDistances(const System& system, const RecordedMotion& motion, std::vector<int> feet)
       : motion_(motion), feet_(std::move(feet)), poses_(system) {}
 
-  std::vector<double> over(const MeasuredForce& plate, const Stance& stance) {
+  std::vector<double> over(const MeasuredForce& plate, const PlateStance& stance) {
     std::vector<double> sums(feet_.size(), 0);
     const Eigen::Index stride = std::max<Eigen::Index>(1, (stance.last - stance.first) / 50);
     int count = 0;
@@ -112,7 +111,7 @@ Result<FootLoads> loads_on_feet(const System& system, const RecordedMotion& moti
             Matrix3Xd::Constant(3, n, std::numeric_limits<double>::quiet_NaN()), Matrix3Xd::Zero(3, n)}});
     }
     std::vector<char> used(feet.size(), false);
-    for (const Stance& stance : stances_on(plate)) {
+    for (const PlateStance& stance : stances_on(plate)) {
       const std::vector<double> away = distances.over(plate, stance);
       const auto nearest = std::size_t(std::min_element(away.begin(), away.end()) - away.begin());
       const double from = plate.times[std::size_t(stance.first)], to = plate.times[std::size_t(stance.last)];

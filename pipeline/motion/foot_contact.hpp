@@ -10,6 +10,9 @@
 
 namespace borelli {
 
+/// N: where a plate carries as much, somebody stands on it.
+inline constexpr double least_load = 20;
+
 struct FootLoads {
   std::vector<ExternalLoad> loads;  ///< one per plate and foot that stood on it
   std::vector<std::string> warnings;
@@ -18,7 +21,7 @@ struct FootLoads {
 /// Names of the solids that are feet: those that contain "calcn" or "calcaneus", otherwise "foot".
 std::vector<std::string> feet_of(const System& system);
 
-/// Gives each stance on a plate (an unbroken load of at least 20 N for at least 0.05 s) to the foot whose
+/// Gives each stance on a plate (an unbroken load of at least `least_load` for at least 0.05 s) to the foot whose
 /// origin is nearest to the centre of pressure on average. A stance more than 0.5 m from every foot is left
 /// out. If another foot is less than 0.1 m farther, a warning says so: one plate cannot separate them. Forces
 /// are in the scene's axes. Errors: no feet; a foot that the system does not have.

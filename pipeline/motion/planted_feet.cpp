@@ -7,6 +7,7 @@
 #include <map>
 
 #include "dynamics/inverse/marker_fit.hpp"
+#include "pipeline/motion/foot_contact.hpp"
 #include "pipeline/motion/solid_poses.hpp"
 
 namespace borelli {
@@ -20,7 +21,6 @@ namespace {
 constexpr double near_level = 0.015;     // m
 constexpr double slow = 0.3;             // m/s
 constexpr double least_stance = 0.1;     // s
-constexpr double least_load = 20;        // N
 constexpr double frame_arm = 0.1;        // m, of the points that hold a solid's pose
 constexpr double standing_weight = 100;  // of a sole point that stands, beside 1 of those
 

@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <utility>
 
 #include "dynamics/run/simulate.hpp"
+#include "pipeline/charts/work_precision.hpp"
 #include "pipeline/paper/paper_scenes.hpp"
 #include "pipeline/paper/shock_ratios.hpp"
 
@@ -114,12 +114,6 @@ Result<Plot> shock_costs(const ShockRatioSettings& s) {
   return plot;
 }
 
-double cpu_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
 // Median processor time of a whole simulation, from compiled scene to trajectory, one row per 0.1 s.
 Result<double> cost(Scene scene, const std::string& method, const PaperFigureSettings& s) {
   scene.simulation.method = method;
@@ -131,9 +125,9 @@ Result<double> cost(Scene scene, const std::string& method, const PaperFigureSet
   if (!system) return tl::unexpected(system.error());
   std::vector<double> times;
   for (int i = 0; i < s.repeats; ++i) {
-    const double start = cpu_seconds();
+    const double start = processor_time();
     if (const auto t = simulate(*system); !t) return tl::unexpected(t.error());
-    times.push_back(cpu_seconds() - start);
+    times.push_back(processor_time() - start);
   }
   std::nth_element(times.begin(), times.begin() + s.repeats / 2, times.end());
   return times[static_cast<std::size_t>(s.repeats / 2)];
