@@ -18,16 +18,18 @@ namespace {
 using Eigen::Vector3d;
 using Index = std::array<std::int64_t, 3>;
 
-/// Weights of the bones that move a place; at most 24 (three for each corner of a voxel's cell).
+/// Weights of the bones that move a place; of more than `most` those that came first.
 struct BoneWeights {
-  std::array<std::uint16_t, 24> bone{};
-  std::array<double, 24> weight{};
+  static constexpr std::size_t most = 48;
+  std::array<std::uint16_t, most> bone{};
+  std::array<double, most> weight{};
   std::size_t count = 0;
 
   void add(std::size_t of, double w) {
     if (w <= 0) return;
     const auto* const found = std::find(bone.begin(), bone.begin() + count, of);
     const auto n = static_cast<std::size_t>(found - bone.begin());
+    if (n == most) return;
     if (n == count) bone[count++] = static_cast<std::uint16_t>(of);
     weight[n] += w;
   }
@@ -36,18 +38,12 @@ struct BoneWeights {
 /// Bones from one pose to another at equal intervals.
 using Chain = std::vector<std::size_t>;
 
-/// Adds `scale` times the quadratic B-spline weights at z in [0, 1]; at the ends only the first and the last
-/// bone have weight, to first order too.
-void add_spline(BoneWeights& to, const Chain& chain, double z, double scale) {
-  const auto intervals = static_cast<double>(chain.size()) - 1;
-  const double u = (intervals + 1) * z - 0.5;
-  const double middle = std::floor(u + 0.5);
-  for (int near = -1; near <= 1; ++near) {
-    const double x = std::abs(u - middle - near);
-    const double w = x < 0.5 ? 0.75 - x * x : 0.5 * (1.5 - x) * (1.5 - x);
-    const double n = std::clamp(middle + near, 0.0, intervals);
-    to.add(chain[static_cast<std::size_t>(n)], scale * w);
-  }
+/// Adds `scale` times the weights at z in [0, 1]: linear between the two bones next to it.
+void add_ramp(BoneWeights& to, const Chain& chain, double z, double scale) {
+  const double u = std::clamp(z, 0.0, 1.0) * (static_cast<double>(chain.size()) - 1);
+  const auto below = std::min(static_cast<std::size_t>(u), chain.size() - 2);
+  to.add(chain[below], scale * (1 - (u - static_cast<double>(below))));
+  to.add(chain[below + 1], scale * (u - static_cast<double>(below)));
 }
 
 /// A joint's bones: those of its swing and, apart from them, those of its twist along a segment.
@@ -78,6 +74,11 @@ std::vector<JointChains> chains_of(const Skin& skin) {
 }
 
 /// Weights of the voxels of the isotropic grid.
+///
+/// Zones of several joints overlap where their cuts come together, as in the groin. All joints of one part, the
+/// middle of a star, then share a place: with z_j the share of joint j's turn there and d_j the deviation from
+/// the middle's pose (z_j for a joint to a child, 1 - z_j for the middle's own), joint j gets the weight d_j / D
+/// and its bones at D, with D = sum d_j. To first order in the angles each joint so turns the place by z_j.
 class VoxelWeights {
  public:
   VoxelWeights(const Skin& skin, const Volume<std::uint8_t>& coarse, int threads)
@@ -101,47 +102,98 @@ class VoxelWeights {
 
   /// Adds `scale` times the weights at a voxel of `part`.
   void add(BoneWeights& to, std::size_t part, const Index& at, double scale) const {
-    double from_own = -1, from_child = -1;  // m, behind the end of the joint's zone
+    // the middle of the star of joints that act here most
+    Star most = star(part, part, at);
     for (const std::size_t joint : joints_[part]) {
-      const double way = ways_[joint].length(at[0], at[1], at[2]);
-      if (!std::isfinite(way)) continue;
-      const bool own = joint == part;
-      const double up = reach(joint, parent(joint), at, own ? way : -way),
-                   down = reach(joint, joint, at, own ? way : -way);
-      if (way < (own ? down : up))
-        return add_spline(to, chains_[joint].swing, (up + (own ? way : -way)) / (up + down), scale);
-      (own ? from_own : from_child) = way - (own ? down : up);
+      const std::size_t other = joint == part ? parent(joint) : joint;
+      if (const Star of = star(other, part, at); of.activity > most.activity) most = of;
     }
-    if (!twister_[part] || from_own < 0 || from_child < 0) return to.add(part, scale);
-    const double all = from_own + from_child;
-    add_spline(to, chains_[*twister_[part]].twist, all > 0 ? from_own / all : 0, scale);
+    if (most.deviation > 0) {
+      const double all = std::min(1.0, most.deviation);
+      for (std::size_t n = 0; n < most.count; ++n) {
+        const auto [joint, deviation] = most.joints[n];
+        add_ramp(to, chains_[joint].swing, joint == most.middle ? 1 - all : all,
+                 scale * deviation / most.deviation);
+      }
+      return;
+    }
+    add_between(to, part, at, scale);
   }
 
  private:
+  /// The joints of one part at a place: how far each is from the part's own pose, as a share of its turn.
+  struct Star {
+    std::size_t middle = 0, count = 0;
+    std::array<std::pair<std::size_t, double>, 8> joints;  // and their deviations
+    double deviation = 0;                                  // their sum
+    double activity = 0;                                   // sum of the shares left to the nearer end
+  };
+
   std::size_t parent(std::size_t joint) const { return static_cast<std::size_t>(parts_[joint].parent); }
 
-  /// How far a joint's zone reaches into one of its parts where nothing else does.
-  double wanted(std::size_t joint, std::size_t part) const {
-    return joint == part ? reach_down_[joint] : reach_up_[joint];
+  bool below(std::size_t part, std::size_t joint) const {
+    for (int at = static_cast<int>(part); at >= 0; at = parts_[static_cast<std::size_t>(at)].parent)
+      if (at == static_cast<int>(joint)) return true;
+    return false;
   }
 
-  /// The zone's reach into `part`, m, near a voxel with the signed way `behind` (positive in the child).
-  /// Other cuts of the part get their share of the way between the two cuts.
-  double reach(std::size_t joint, std::size_t part, const Index& at, double behind) const {
-    const double most = wanted(joint, part), to_cut = joint == part ? behind : -behind;
+  /// Way from the cut of a joint to a voxel of `part`, m: positive on the side of the joint's part.
+  double signed_way(std::size_t joint, std::size_t part, const Index& at) const {
+    const double way = ways_[joint].length(at[0], at[1], at[2]);
+    return below(part, joint) ? way : -way;
+  }
+
+  Star star(std::size_t middle, std::size_t part, const Index& at) const {
+    Star out;
+    out.middle = middle;
+    for (const std::size_t joint : joints_[middle]) {
+      const double way = signed_way(joint, part, at);
+      if (!std::isfinite(way) || out.count == out.joints.size()) continue;
+      const double up = reach(joint, parent(joint), part, at), down = reach(joint, joint, part, at);
+      const double z = std::clamp((up + way) / (up + down), 0.0, 1.0);
+      if (z <= 0 || z >= 1) continue;
+      out.joints[out.count] = {joint, joint == middle ? 1 - z : z};
+      out.deviation += out.joints[out.count++].second;
+      out.activity += std::min(z, 1 - z);
+    }
+    return out;
+  }
+
+  /// Weights where no joint swings: those of the part, or of the twist along it.
+  void add_between(BoneWeights& to, std::size_t part, const Index& at, double scale) const {
+    double from_own = -1, from_child = -1;  // m, behind the end of the joint's zone
+    if (twister_[part])
+      for (const std::size_t joint : joints_[part]) {
+        const double way = std::abs(signed_way(joint, part, at));
+        if (std::isfinite(way)) (joint == part ? from_own : from_child) = way - reach(joint, part, part, at);
+      }
+    if (from_own < 0 || from_child < 0) return to.add(part, scale);
+    const double all = from_own + from_child;
+    add_ramp(to, chains_[*twister_[part]].twist, all > 0 ? from_own / all : 0, scale);
+  }
+
+  /// How far a joint's zone reaches into one of its parts where nothing else does.
+  double wanted(std::size_t joint, std::size_t into) const {
+    return joint == into ? reach_down_[joint] : reach_up_[joint];
+  }
+
+  /// The zone's reach into one of the joint's parts, m, near a voxel of `part`. It ends at the part's other
+  /// end; where the part twists between its ends, both zones leave a quarter for the twist.
+  double reach(std::size_t joint, std::size_t into, std::size_t part, const Index& at) const {
+    const double most = wanted(joint, into);
     double least = most;
-    for (const std::size_t other : joints_[part]) {
-      if (other == joint) continue;
-      const double way = ways_[other].length(at[0], at[1], at[2]);
-      const double room = (twister_[part] ? 0.75 : 1.0) * std::max(0.0, way + to_cut);
-      if (std::isfinite(way)) least = std::min(least, most * room / (most + wanted(other, part)));
+    for (const std::size_t other : joints_[into]) {
+      if ((other == into) == (joint == into)) continue;  // joints to two children overlap
+      const double room = std::abs(signed_way(joint, part, at) - signed_way(other, part, at));
+      if (!std::isfinite(room)) continue;
+      least = std::min(least, twister_[into] ? 0.75 * most * room / (most + wanted(other, into)) : room);
     }
     return std::max(least, 1e-4);
   }
 
-  /// Two half thicknesses into both parts. If other cuts of the parent are nearer than twice that (median
-  /// over the cut), half the way to them, and at most twice as much into the part: a limb whose zone lies
-  /// mostly below the joint's centre would bend below the joint.
+  /// Two half thicknesses into both parts. If other cuts of the parent are nearer than that (median over the
+  /// cut), the way to them, and at most 2.5 times as much into the part: a limb whose zone lies mostly below
+  /// the joint's centre would bend below the joint.
   void set_reaches(std::size_t joint, const Volume<std::uint8_t>& coarse) {
     const WaysFromCut& ways = ways_[joint];
     const auto at_cut = static_cast<float>(0.51e-3 * coarse.grid.axes(0, 0));
@@ -161,9 +213,9 @@ class VoxelWeights {
     if (!rooms.empty()) {
       const auto middle = rooms.begin() + std::ssize(rooms) / 2;
       std::nth_element(rooms.begin(), middle, rooms.end());
-      reach_up_[joint] = std::min(2 * r, *middle / 2);
+      reach_up_[joint] = std::min(2 * r, *middle);
     }
-    reach_down_[joint] = std::min(2 * r, 2 * reach_up_[joint]);
+    reach_down_[joint] = std::min(2 * r, 2.5 * reach_up_[joint]);
   }
 
   const std::vector<SkinPart>& parts_;
@@ -234,7 +286,7 @@ BoneWeights weights_at(const Vector3d& p, std::size_t part, const VoxelWeights& 
 
 /// Keeps the four largest weights and makes their sum 1.
 void keep_four(const BoneWeights& all, std::array<std::uint16_t, 4>& bones, std::array<float, 4>& weights) {
-  std::array<std::size_t, 24> order{};
+  std::array<std::size_t, BoneWeights::most> order{};
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::sort(order.begin(), order.begin() + all.count, [&](std::size_t a, std::size_t b) {
     return all.weight[a] != all.weight[b] ? all.weight[a] > all.weight[b] : all.bone[a] < all.bone[b];
