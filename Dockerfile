@@ -7,8 +7,7 @@ RUN ./build.sh run && apt-get install -y -qq --no-install-recommends dpkg-dev fi
 
 FROM debian:12
 COPY --from=build /packages/borelli_*.deb /packages/
-RUN apt-get update -qq && apt-get install -y -qq --no-install-recommends /packages/borelli_*.deb xvfb xauth && \
+RUN apt-get update -qq && apt-get install -y -qq --no-install-recommends /packages/borelli_*.deb ffmpeg && \
     rm -rf /packages /var/lib/apt/lists/*
 WORKDIR /data
-# pictures need an X display
-ENTRYPOINT ["xvfb-run", "-a", "borelli"]
+ENTRYPOINT ["borelli"]

@@ -8,8 +8,8 @@ cd "$(dirname "$0")"
 
 run_packages=(g++ cmake ninja-build ccache libeigen3-dev libgdcm-dev libvtk9-dev libhdf5-dev libcli11-dev
   libtomlplusplus-dev nlohmann-json3-dev libfmt-dev libexpected-dev libtinygltf-dev libssl-dev zlib1g-dev libbz2-dev libisal-dev libexpat1-dev
-  libqhull-dev libfcl-dev libsundials-dev libx11-dev
-  libinsighttoolkit5-dev libfftw3-dev librsvg2-dev xvfb xauth)
+  libqhull-dev libfcl-dev libsundials-dev libegl-dev libegl-mesa0 libgl1-mesa-dri libglew-dev
+  libinsighttoolkit5-dev libfftw3-dev librsvg2-dev ffmpeg)
 test_packages=(libgtest-dev libbenchmark-dev libmujoco-dev libsimbody-dev libtinyxml2-dev dcmtk dicom3tools python3-pydicom groff-base dpkg-dev file
   python3 python3-numpy python3-h5py python3-dev pybind11-dev python3-pandas mypy
   python3-pip python3-setuptools python3-wheel chromium)

@@ -16,12 +16,12 @@ set(CPACK_COMPONENT_PROGRAM_DESCRIPTION "${PROJECT_DESCRIPTION}\nSegments a scan
 set(CPACK_COMPONENT_LIBRARY_DESCRIPTION "Headers and static libraries of borelli\nFor programs that segment scans, integrate inertia or simulate multibody systems.")
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME borelli)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
-set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS xvfb)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS ffmpeg)
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_NAME libborelli-dev)
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libdevel)
 # what borelliConfig.cmake looks for
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_DEPENDS
-    "borelli (= ${PROJECT_VERSION}), libeigen3-dev, zlib1g-dev, libbz2-dev, libexpat1-dev, libqhull-dev, libfcl-dev, libexpected-dev, libfmt-dev, nlohmann-json3-dev, libtomlplusplus-dev, libsundials-dev, libisal-dev, libx11-dev, libssl-dev, libtinygltf-dev, pkg-config")
+    "borelli (= ${PROJECT_VERSION}), libeigen3-dev, zlib1g-dev, libbz2-dev, libexpat1-dev, libqhull-dev, libfcl-dev, libexpected-dev, libfmt-dev, nlohmann-json3-dev, libtomlplusplus-dev, libsundials-dev, libisal-dev, libssl-dev, libtinygltf-dev, pkg-config")
 if(TARGET python_module)
   install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/python3-borelli RENAME copyright COMPONENT python3)
   list(APPEND CPACK_COMPONENTS_ALL python3)

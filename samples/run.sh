@@ -7,7 +7,6 @@ cd "$(dirname "$0")/.."
 
 out=${1:-out}
 borelli=build/release/borelli
-[ -n "${DISPLAY:-}" ] || borelli="xvfb-run -a $borelli"
 mkdir -p "$out"
 [ -s "$out/phantom.nii.gz" ] && [ -s "$out/walk.trc" ] ||
   $borelli phantom --spacing 3 --noise 20 -o "$out/phantom.nii.gz" --walk "$out/walk"

@@ -47,9 +47,9 @@ use_packages() {  # folder of packages
   mkdir -p "$root/packages" && cp "$1"/*.deb "$root/packages/"
   echo "== the packages, installed and used"
   enter "$root" "apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends \
-    /packages/borelli_*.deb \$(ls /packages/python3-borelli_*.deb 2>/dev/null) xvfb xauth >/dev/null && borelli --version"
+    /packages/borelli_*.deb \$(ls /packages/python3-borelli_*.deb 2>/dev/null) ffmpeg >/dev/null && borelli --version"
   began=$SECONDS
-  enter "$root" "cd /root && borelli phantom -o phantom.nii.gz --spacing 4 && xvfb-run -a borelli run phantom.nii.gz -o out \
+  enter "$root" "cd /root && borelli phantom -o phantom.nii.gz --spacing 4 && borelli run phantom.nii.gz -o out \
     && ls -l out/phantom/report.html out/phantom/body.png && borelli simulate /usr/share/borelli/samples/pendulum.toml -o p.h5"
   [ ! -d "$root/usr/lib/python3/dist-packages/borelli" ] ||
     enter "$root" "cd /root && python3 -c 'import borelli; print(borelli.read_trajectory(\"p.h5\").trusted)'"

@@ -22,7 +22,7 @@ declare -A allowed=(
 declare -A rooms=(
   [dynamics]='numbers scene system equations constraints inverse contacts methods run formats'
   [segmentation]='volume vocabulary grid files body proposal joints labelling'
-  [pipeline]='files recordings body motion export charts paper report stages verbs'
+  [pipeline]='files recordings body motion export video charts paper report stages verbs'
 )
 includes() { grep -rnE '^#include [<"]' --include='*.hpp' --include='*.cpp' "$@" 2>/dev/null; }
 

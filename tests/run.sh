@@ -7,6 +7,4 @@ cd "$(dirname "$0")/.."
 ./build.sh test
 short=(-LE '^long$')
 if [ "${1:-}" = --long ]; then short=(); shift; fi
-display=()
-[ -n "${DISPLAY:-}" ] || display=(xvfb-run -a)  # VTK draws only under one; without it the tests of pictures are skipped
-"${display[@]}" ctest --preset release "${short[@]}" "$@"
+ctest --preset release "${short[@]}" "$@"

@@ -9,7 +9,7 @@ set -euo pipefail
 old=$(realpath "$1") new=$(realpath "$2")
 root=$(cd "$(dirname "$0")/.." && pwd)
 if [ $# -gt 2 ]; then mkdir -p "$3"; out=$(cd "$3" && pwd); else out=$(mktemp -d); trap 'rm -rf "$out"' EXIT; fi
-x=(); [ -n "${DISPLAY:-}" ] || x=(xvfb-run -a)
+x=(); [ -n "${DISPLAY:-}" ] || ! command -v xvfb-run >/dev/null || x=(xvfb-run -a)  # for programs before 0.2.0
 
 # A JSON answer without what differs from run to run: times, memory, processor shares.
 without_times() {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "pipeline/export/display.hpp"
 #include "pipeline/files/palette.hpp"
 #include "pipeline/on_demand/vtk.hpp"
 #include "process/on_demand.hpp"
@@ -21,12 +20,14 @@ bool flat(const std::vector<Mesh>& meshes) {
 
 }  // namespace
 
+Result<void> can_draw() {
+  const auto vtk = on_demand<VtkFunctions>();
+  return vtk ? (*vtk)->can_draw() : tl::unexpected(vtk.error());
+}
+
 Result<void> draw_body(const std::string& path, const std::vector<Mesh>& meshes,
                        const PictureOptions& options) {
   if (flat(meshes)) return failure(path, "cannot show anything: the meshes are empty");
-  if (!display_answers())
-    return failure(path,
-                   "cannot be drawn without an X display; run the program as 'xvfb-run -a borelli ...'");
   const auto vtk = on_demand<VtkFunctions>();
   if (!vtk) return tl::unexpected(vtk.error());
   std::vector<Colour> colours;

@@ -11,6 +11,7 @@
 #include "pipeline/export/mesh.hpp"
 #include "pipeline/export/render.hpp"
 #include "pipeline/files/palette.hpp"
+#include "pipeline/video/film.hpp"
 
 namespace borelli {
 
@@ -27,10 +28,14 @@ struct VtkFunctions {
   /// Reads a file of write_vtp. A damaged file may crash VTK: call it in a child process first. Errors: the
   /// file cannot be read.
   Result<Mesh> (*read_vtp)(const std::string& path);
-  /// See draw_body in render.hpp; colours[i] is that of meshes[i]. Needs an X display. The meshes must not
-  /// all be flat.
+  /// See draw_body in render.hpp; colours[i] is that of meshes[i]. The meshes must not all be flat.
   Result<void> (*draw_body)(const std::string& path, const std::vector<Mesh>& meshes,
                             const std::vector<Colour>& colours, const PictureOptions& options);
+  /// See can_draw in render.hpp.
+  Result<void> (*can_draw)();
+  /// Draws frames 0 to frames - 1. Errors: as can_draw; those of `take`, which end the film.
+  Result<void> (*draw_film)(const FilmSet& set, std::size_t frames, const FrameMaker& frame,
+                            const FrameTaker& take);
 };
 
 }  // namespace borelli

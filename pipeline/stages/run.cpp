@@ -11,6 +11,7 @@
 #include "pipeline/stages/run_data.hpp"
 #include "pipeline/stages/run_inputs.hpp"
 #include "pipeline/stages/run_scan.hpp"
+#include "pipeline/stages/run_video.hpp"
 #include "segmentation/labelling/segments.hpp"
 
 namespace borelli {
@@ -48,6 +49,15 @@ json settings_of(const RunSettings& s) {
           {"mesh_tolerance_mm", s.mesh_tolerance_mm},
           {"skin", s.skin},
           {"deface", s.deface},
+          {"video",
+           {{"file", s.video},
+            {"width", s.video_options.width},
+            {"height", s.video_options.height},
+            {"rate", s.video_options.rate},
+            {"speed", s.video_options.speed},
+            {"azimuth_deg", s.video_options.azimuth_deg},
+            {"elevation_deg", s.video_options.elevation_deg},
+            {"wire", s.video_options.style == FilmStyle::wire}}},
           {"allow_untrusted", s.untrusted_is_fine},
           {"captured",
            {{"motion", names.name_of(s.captured.motion)},
@@ -112,6 +122,12 @@ void add_views(std::vector<Stage>& stages, RunData& data, const json& all) {
                       pick(all, {"mesh_tolerance_mm"}),
                       {"skin.glb"},
                       mute(make_skin)});
+  if (!data.settings.video.empty())
+    stages.push_back({"video",
+                      {"motion", "mesh"},
+                      pick(all, {"video", "skin"}),
+                      {data.settings.video},
+                      shown_by(data, make_video)});
   stages.push_back({"picture", {"mesh"}, json::object(), {"body.png"}, mute(draw_picture)});
   // "slices" uses one core and waits for the meshes, which use all of them
   stages.push_back({"slices", {"segmentation"}, pick(all, {"deface"}), {}, mute(pack_scan), {}, {"mesh"}});

@@ -23,6 +23,7 @@
 #include "error/error.hpp"
 #include "pipeline/body/skeleton.hpp"
 #include "pipeline/stages/stages.hpp"
+#include "pipeline/video/video.hpp"
 #include "segmentation/files/quantity.hpp"
 
 namespace borelli {
@@ -72,8 +73,10 @@ struct RunSettings {
   double integrator_tolerance = 1e-6;  ///< of a named method that chooses its steps
   std::optional<double> step;          ///< s, of a named method, fixed or first; empty: the scene's default
   double mesh_tolerance_mm = 1;
-  bool keep_paths = false;         ///< outputs name inputs by whole paths, not by file names alone
-  bool skin = false;               ///< also write skin.glb, one closed skin (skin.hpp)
+  bool keep_paths = false;  ///< outputs name inputs by whole paths, not by file names alone
+  bool skin = false;        ///< also write skin.glb, one closed skin (skin.hpp)
+  std::string video;        ///< a file in the run's folder (.mp4): also film the motion; empty: no
+  VideoOptions video_options;
   bool deface = false;             ///< meshes, picture and report without the face (deface.hpp)
   bool untrusted_is_fine = false;  ///< continue with a motion whose certificate says untrusted
   Leap leap;
@@ -82,8 +85,8 @@ struct RunSettings {
   std::string settings_text;  ///< the user's settings, saved as settings.toml; empty: not saved
 };
 
-/// Runs the stages that are not done yet and returns run.json. Without an X display there is no picture, only
-/// a warning. Errors before any work: missing inputs, a folder that cannot be written or is locked by another
+/// Runs the stages that are not done yet and returns run.json. A machine that cannot draw (render.hpp) makes no
+/// picture, only a warning. Errors before any work: missing inputs, a folder that cannot be written or is locked by another
 /// run.
 Result<nlohmann::json> run(const RunSettings& settings, bool force, const StageObserver& observer = {});
 

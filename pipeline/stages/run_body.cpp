@@ -11,7 +11,6 @@
 #include "pipeline/export/body_model.hpp"
 #include "pipeline/export/certificate_report.hpp"
 #include "pipeline/export/deface.hpp"
-#include "pipeline/export/display.hpp"
 #include "pipeline/export/glb.hpp"
 #include "pipeline/export/mesh.hpp"
 #include "pipeline/export/mesh_file.hpp"
@@ -22,6 +21,7 @@
 #include "pipeline/files/whole_file.hpp"
 #include "pipeline/report/range_warning.hpp"
 #include "pipeline/report/report.hpp"
+#include "pipeline/stages/run_video.hpp"
 #include "process/input_file.hpp"
 
 namespace borelli {
@@ -268,21 +268,9 @@ Result<json> make_glb(RunData& data) {
 }
 
 Result<json> make_skin(RunData& data) {
-  const auto labels = data.labels();
-  if (!labels) return tl::unexpected(labels.error());
-  const auto table = data.table();
-  if (!table) return tl::unexpected(table.error());
-  const auto segmentation = data.segmentation();
-  if (!segmentation) return tl::unexpected(segmentation.error());
   const auto trajectory = data.trajectory();
   if (!trajectory) return tl::unexpected(trajectory.error());
-  const Landmarks& landmarks = (*segmentation)->landmarks;
-  std::vector<Warning> said_by_the_scene;
-  SkinOptions options;
-  options.tolerance = 1e-3 * data.settings.mesh_tolerance_mm;
-  options.threads = data.settings.threads;
-  const auto skin = skin_of(**labels, skin_joints(**labels, landmarks),
-                            scan_poses(movable_parts(**table, said_by_the_scene), landmarks), options);
+  const auto skin = skin_of_run(data);
   if (!skin) return tl::unexpected(skin.error());
   const auto bytes = glb(*skin, **trajectory, {data.settings.subject});
   if (!bytes) return tl::unexpected(bytes.error());
@@ -292,12 +280,10 @@ Result<json> make_skin(RunData& data) {
 }
 
 Result<json> draw_picture(RunData& data) {
-  if (!display_answers()) {
+  if (const auto fine = can_draw(); !fine) {
     std::error_code ignored;
     fs::remove(data.file("body.png"), ignored);  // from an earlier run with other parts
-    return json{{"warnings",
-                 {"no picture (body.png) was drawn, because there is no X display; run the program as "
-                  "'xvfb-run -a borelli ...'"}},
+    return json{{"warnings", {"no picture (body.png) was drawn: " + fine.error().message()}},
                 {"files", json::array()},
                 {"key", ""}};
   }

@@ -33,7 +33,7 @@ Result<nlohmann::json> make_glb(RunData& data);
 /// Writes skin.glb.
 Result<nlohmann::json> make_skin(RunData& data);
 
-/// Writes body.png; without a display only warns.
+/// Writes body.png; only warns if the machine cannot draw.
 Result<nlohmann::json> draw_picture(RunData& data);
 
 /// Writes no file: prepares the report's views of the scan. The report prepares them itself if they are

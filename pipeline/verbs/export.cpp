@@ -5,7 +5,6 @@
 #include <optional>
 
 #include "pipeline/body/segmentation_files.hpp"
-#include "pipeline/export/display.hpp"
 #include "pipeline/export/mesh_file.hpp"
 #include "pipeline/export/render.hpp"
 #include "pipeline/files/whole_file.hpp"
@@ -124,8 +123,8 @@ Result<std::optional<DicomSource>> scan_of(const ExportAsked& wanted) {
 }
 
 Result<json> run(const ExportAsked& wanted, const Command& command) {
-  if (wanted.picture && !display_answers())  // reported before the work
-    return bad_use("--picture", "needs an X display; run the program as 'xvfb-run -a borelli ...'");
+  if (wanted.picture)  // reported before the work
+    if (auto fine = can_draw(); !fine) return tl::unexpected(fine.error());
   const fs::path folder = wanted.folder, picture = folder / "body.png";
   if (auto fine = wanted.picture ? check_writable(picture) : check_folder_writable(folder); !fine)
     return tl::unexpected(fine.error());
@@ -175,7 +174,7 @@ void add_export(CLI::App& program, Command& command) {
                                 "DICOM folder of the scan that the labels belong to; labels.dcm refers to it")
                    ->needs(dicom);
   verb->add_flag("--patient", wanted->patient, patient_help)->needs(scan);
-  verb->add_flag("--picture", wanted->picture, "Draw a picture, body.png; needs an X display");
+  verb->add_flag("--picture", wanted->picture, "Draw a picture, body.png");
   verb->add_option("--landmarks", wanted->landmarks,
                    "Landmarks (JSON); the picture shows their joint centres");
   verb->add_option("--mesh-tolerance", wanted->tolerance_mm,

@@ -19,6 +19,7 @@
 #include "pipeline/verbs/progress.hpp"
 #include "pipeline/verbs/settings.hpp"
 #include "pipeline/verbs/verb.hpp"
+#include "pipeline/verbs/video_options.hpp"
 #include "segmentation/files/class_mapping.hpp"
 #include "segmentation/labelling/segment.hpp"
 
@@ -30,6 +31,7 @@ namespace fs = std::filesystem;
 struct RunAsked {
   RunSettings run;
   std::string out, quantity, table_tolerance, tolerance;
+  VideoAsked video;
   bool work_grid_chosen = false, integrator_tolerance_chosen = false;
 };
 
@@ -188,6 +190,14 @@ Result<nlohmann::json> work(RunAsked asked, const Command& command) {
                                                  ", whose steps have a fixed length; give --step");
   if (auto fine = check_captured(settings); !fine) return tl::unexpected(fine.error());
   if (settings.skin && settings.deface) return bad_use("--skin", "keeps the face; leave it or --deface out");
+  if (!asked.video.file.empty()) {
+    if (fs::path(asked.video.file).has_parent_path())
+      return bad_use("--video " + asked.video.file, "names a file in the run's folder; leave folders out");
+    auto options = video_options(asked.video);
+    if (!options) return tl::unexpected(options.error());
+    settings.video = asked.video.file;
+    settings.video_options = *options;
+  }
   if (settings.subject.empty()) {
     auto name = name_of_input(settings.volume, settings.keep_paths);
     if (!name) return tl::unexpected(name.error());
@@ -373,6 +383,7 @@ void add_run(CLI::App& program, Command& command) {
       ->check(number_within(0.0, 10.0))
       ->capture_default_str();
   verb->add_flag("--skin", s.skin, "Also write skin.glb: one closed skin that bends with the body");
+  add_video_options(*verb, asked->video, "in the run's folder");
   verb->add_flag("--deface", s.deface,
                  "Remove the face from meshes, picture and report (the labels keep it)");
   verb->add_flag("--keep-paths", s.keep_paths, keep_paths_help);

@@ -24,6 +24,7 @@
 #include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/progress.hpp"
 #include "pipeline/verbs/verb.hpp"
+#include "pipeline/verbs/video_options.hpp"
 
 namespace borelli {
 namespace {
@@ -32,6 +33,7 @@ namespace {
 struct SimulateOptions {
   std::string scene, output, checkpoint;
   std::optional<double> checkpoint_every;
+  VideoAsked video;
   ModelOptions model;
   std::optional<std::string> method, equations, constraints, impacts, restitution;
   std::optional<double> rest_speed, step, tolerance, accuracy, spectral_radius, end, output_interval, alpha,
@@ -128,7 +130,7 @@ Result<Trajectory> run(const SimulateOptions& o, const Command& command, const M
   if (!system) return in_file(o.scene, system.error());
   SimulationSettings settings = settings_of(scene.simulation, o);
   // viewers interpolate linearly between rows, and steps may be long
-  if (shows_motion(o.output) && settings.output_interval == 0)
+  if ((shows_motion(o.output) || !o.video.file.empty()) && settings.output_interval == 0)
     settings.output_interval = std::min(1. / 60, settings.end_time / 300);
   if (auto fine = check_effect(o, settings); !fine) return tl::unexpected(fine.error());
   ProgressBar bar(command.json);
@@ -171,6 +173,19 @@ Result<Trajectory> run(const SimulateOptions& o, const Command& command, const M
   return trajectory;
 }
 
+Result<void> film(const SimulateOptions& o, const Command& command, const Scene& scene,
+                  const Trajectory& trajectory) {
+  ProgressBar bar(command.json);
+  bar.begin("video");
+  const auto frames = write_scene_video(o.video, scene, trajectory, [&](double share) {
+    bar.update(share);
+    return true;
+  });
+  if (!frames) return tl::unexpected(frames.error());
+  bar.end(fmt::format("{}: {} frames", o.video.file, *frames));
+  return {};
+}
+
 Result<nlohmann::json> work(const SimulateOptions& o, const Command& command) {
   // check the output's name before the work
   const std::string ending = std::filesystem::path(o.output).extension().string();
@@ -180,6 +195,10 @@ Result<nlohmann::json> work(const SimulateOptions& o, const Command& command) {
                    "ends in '" + ending + "', expected .h5, .hdf5, .csv, .glb, .html, .bvh or .trc");
   if (!o.output.empty()) {
     if (auto fine = check_writable(o.output, {o.scene}); !fine) return tl::unexpected(fine.error());
+  }
+  if (!o.video.file.empty()) {
+    if (const auto fine = video_options(o.video); !fine) return tl::unexpected(fine.error());
+    if (auto fine = check_writable(o.video.file, {o.scene}); !fine) return tl::unexpected(fine.error());
   }
   const auto model = read_model(command, o.scene, o.model);
   if (!model) return tl::unexpected(model.error());
@@ -197,7 +216,8 @@ Result<nlohmann::json> work(const SimulateOptions& o, const Command& command) {
     return failure(
         o.scene,
         fmt::format("the certificate does not trust the run: {}; {}give --allow-untrusted to accept it",
-                    certificate.reason, o.output.empty() ? "" : "nothing was written; "));
+                    certificate.reason,
+                    o.output.empty() && o.video.file.empty() ? "" : "nothing was written; "));
   }
   if (!o.output.empty()) {
     auto settled = scene;
@@ -213,6 +233,8 @@ Result<nlohmann::json> work(const SimulateOptions& o, const Command& command) {
     if (!done) return tl::unexpected(done.error());
     if (!command.json) fmt::print("{}: {} rows\n", o.output, trajectory->times.size());
   }
+  if (!o.video.file.empty())
+    if (const auto done = film(o, command, scene, *trajectory); !done) return tl::unexpected(done.error());
   if (checkpoint) checkpoint->remove();
   return answer_of(o, *model, *trajectory, !o.output.empty());
 }
@@ -228,6 +250,8 @@ void add_simulate(CLI::App& program, Command& command) {
   verb->add_option("-o,--out", o->output,
                    "Trajectory to write: .h5 (complete), .csv, .glb (moving solids), .html (a page), .bvh (a "
                    "skeleton) or .trc (the scene's markers)");
+  add_video_options(*verb, o->video,
+                    "with rows at most 1/60 s apart unless --output-interval says otherwise");
   verb->add_option("--method", o->method, "Integrator")->check(CLI::IsMember(integrator_names()));
   verb->add_option("--equations", o->equations,
                    "Equations of motion: recursive (along the tree) or lagrange (the paper's scan)")

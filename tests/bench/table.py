@@ -442,8 +442,6 @@ class WholeRuns:
     def __init__(self, programs):
         self.programs = programs
         self.borelli = [programs.path("borelli")]
-        if not os.environ.get("DISPLAY") and shutil.which("xvfb-run"):
-            self.borelli = ["xvfb-run", "-a", *self.borelli]
 
     def phantom(self, spacing, volume):
         self.programs.run(self.borelli[-1], "phantom", "--spacing", *spacing, "--noise", "20", "-o", volume)
@@ -475,8 +473,7 @@ def whole_runs_section(programs, _):
         return []
     whole = WholeRuns(programs)
     icrp = ROOT.parent / "shared/volumes/icrp_am/AM_hu.nii.gz"
-    display = "" if len(whole.borelli) == 1 else ", with the display that `xvfb-run` starts for the picture"
-    lines = [f"From a volume to the report, picture and all, wall time on all cores (`borelli run`{display}), three runs:", "",
+    lines = ["From a volume to the report, picture and all, wall time on all cores (`borelli run`), three runs:", "",
              "| volume | voxels | median (each) | peak memory | slowest stages |", "| --- | --- | ---: | ---: | --- |"]
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)

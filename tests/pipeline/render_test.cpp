@@ -1,5 +1,4 @@
-// The picture: what stands where in it, told by its pixels. Skips where no display answers (run under
-// xvfb-run -a).
+// The picture: what stands where in it, told by its pixels. No display is needed.
 #include "pipeline/export/render.hpp"
 
 #include <gtest/gtest.h>
@@ -7,10 +6,10 @@
 #include <vtkNew.h>
 #include <vtkPNGReader.h>
 
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 
-#include "pipeline/export/display.hpp"
 #include "pipeline/files/palette.hpp"
 
 namespace borelli {
@@ -60,7 +59,6 @@ std::string part_at(vtkImageData& image, double across, double up) {
 }
 
 TEST_F(Picture, ShowsPartsAtTheirPlaces) {
-  if (!display_answers()) GTEST_SKIP() << "no X display answers; run the tests under xvfb-run -a";
   // a head above, the left thigh on the patient's left (x > 0), the right one on the right; the left one
   // further back
   const std::vector<Mesh> body{box("head", {-0.1f, -0.1f, 1.5f}, {0.1f, 0.1f, 1.8f}),
@@ -94,21 +92,34 @@ TEST_F(Picture, ShowsPartsAtTheirPlaces) {
   EXPECT_LT(pixel[1], 90);
 }
 
-TEST_F(Picture, NeedsADisplayAndSaysSo) {
+TEST_F(Picture, DoesNotAskForADisplay) {
   const char* const display = std::getenv("DISPLAY");
   const std::string before = display ? display : "";
   for (const char* none : {"", ":4711"}) {
     setenv("DISPLAY", none, 1);
+    EXPECT_TRUE(can_draw());
     const auto drawn = draw_body(file("a.png"), {box("head", {0, 0, 0}, {1, 1, 1})});
-    ASSERT_FALSE(drawn);
-    EXPECT_NE(drawn.error().what.find("xvfb-run -a"), std::string::npos) << drawn.error().message();
+    EXPECT_TRUE(drawn) << drawn.error().message();
   }
   before.empty() ? unsetenv("DISPLAY") : setenv("DISPLAY", before.c_str(), 1);
 }
 
+// EGL's vendors are listed in files; without one there is no driver. In a process of its own, since EGL reads
+// the list once.
+TEST_F(Picture, SaysWhatToInstallWithoutADriver) {
+  ::testing::FLAGS_gtest_death_test_style = "threadsafe";
+  EXPECT_EXIT(
+      {
+        setenv("__EGL_VENDOR_LIBRARY_FILENAMES", "/nowhere.json", 1);
+        const auto fine = can_draw();
+        std::fprintf(stderr, "%s\n", fine ? "draws" : fine.error().message().c_str());
+        std::_Exit(0);
+      },
+      ::testing::ExitedWithCode(0), "libegl-mesa0");
+}
+
 TEST_F(Picture, RefusesEmptyMeshesAndUnwritablePaths) {
   EXPECT_FALSE(draw_body(file("a.png"), {}));
-  if (!display_answers()) GTEST_SKIP() << "no X display answers; run the tests under xvfb-run -a";
   EXPECT_FALSE(draw_body(file("no/folder/a.png"), {box("head", {0, 0, 0}, {1, 1, 1})}));
 }
 

@@ -3,6 +3,7 @@
 #include <vtkCamera.h>
 #include <vtkCellArray.h>
 #include <vtkErrorCode.h>
+#include <vtkGenericOpenGLRenderWindow.h>
 #include <vtkLight.h>
 #include <vtkNew.h>
 #include <vtkPNGWriter.h>
@@ -11,7 +12,6 @@
 #include <vtkPolyDataMapper.h>
 #include <vtkPolyDataNormals.h>
 #include <vtkProperty.h>
-#include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
 #include <vtkSmartPointer.h>
 #include <vtkSphereSource.h>
@@ -24,6 +24,7 @@
 #include <system_error>
 
 #include "pipeline/on_demand/vtk/functions.hpp"
+#include "pipeline/on_demand/vtk/headless_window.hpp"
 
 namespace borelli::by_vtk {
 namespace {
@@ -191,12 +192,12 @@ Result<void> draw_body(const std::string& path, const std::vector<Mesh>& meshes,
   const Vector3d size = bounds.size();
   const double front = size.x() + 0.1 * size.z(), side = size.y() + 0.1 * size.z();
   const double seam = front / (front + side);
-  vtkNew<vtkRenderWindow> window;
-  window->SetOffScreenRendering(1);
+  const auto made = headless_window(
+      static_cast<int>(std::lround(options.height * (front + side) / (1.08 * size.z()))), options.height);
+  if (!made) return failure(path, made.error().what);
+  vtkGenericOpenGLRenderWindow* const window = *made;
   window->SetMultiSamples(8);
   window->SetNumberOfLayers(2);
-  window->SetSize(static_cast<int>(std::lround(options.height * (front + side) / (1.08 * size.z()))),
-                  options.height);
   add_view(*window, {"front", -Vector3d::UnitY(), 0, seam}, bodies, joints, bounds, options.height);
   add_view(*window, {"left side", Vector3d::UnitX(), seam, 1}, bodies, joints, bounds, options.height);
   window->Render();

@@ -11,5 +11,8 @@ Result<void> write_vtp(const std::string& path, const Mesh& mesh, double per_met
 Result<Mesh> read_vtp(const std::string& path);
 Result<void> draw_body(const std::string& path, const std::vector<Mesh>& meshes,
                        const std::vector<Colour>& colours, const PictureOptions& options);
+Result<void> can_draw();
+Result<void> draw_film(const FilmSet& set, std::size_t frames, const FrameMaker& frame,
+                       const FrameTaker& take);
 
 }  // namespace borelli::by_vtk
