@@ -8,6 +8,7 @@
 #include <GL/glew.h>
 #include <vtkGenericOpenGLRenderWindow.h>
 #include <vtkObjectFactory.h>
+#include <vtkSmartPointer.h>
 
 #include <algorithm>
 #include <array>

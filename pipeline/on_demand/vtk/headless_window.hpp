@@ -1,10 +1,10 @@
 // An OpenGL window that is never on a screen: pictures without an X display.
 #pragma once
 
-#include <vtkSmartPointer.h>
-
 #include "error/error.hpp"
 
+template <class T>
+class vtkSmartPointer;
 class vtkGenericOpenGLRenderWindow;
 
 namespace borelli::by_vtk {
