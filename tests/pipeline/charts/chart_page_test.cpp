@@ -162,6 +162,7 @@ TEST(ChartPage, DrawsItselfInABrowser) {
       .methods = {"rk4", "verlet", "dopri5", "euler", "rk2", "gauss4", "gauss6", "moreau", "gbs"}};
   settings.steps = {.values = {0.01, 0.03, 0.1, 0.3, 1}, .logarithmic = true};
   settings.tolerances = {.values = {1e-6, 1e-4, 1e-2}, .logarithmic = true};
+  settings.lengths = {.least = 50, .most = 500};
   const auto map = stability_map({.scene = "pendulum",
                                   .values = {.values = {1}},
                                   .names = {"pendulum"},
