@@ -133,16 +133,23 @@ def check_pick(browser):
     moments = browser.run("JSON.parse(document.getElementById('report').textContent).table.parts[0].derived.principal_moments_kgm2.map(m => m * 1e4)")
     said = [float(word) for word in note.replace(",", " ").split() if word.replace(".", "").isdigit()]
     expect(len(said) == 3 and all(abs(a - b) < 6e-3 * b for a, b in zip(said, moments)), f"the note '{note}' does not tell {moments}")
-    yellow = browser.run(f"{YELLOW}(document.querySelector('.stage canvas'))")
-    expect(yellow > 50, f"the picked part's ellipsoid has {yellow} pixels")
-    browser.run("document.querySelector('.part[aria-pressed=true]').click(), new Promise(r => setTimeout(r, 200))")
-    expect(browser.run(f"{YELLOW}(document.querySelector('.stage canvas'))") == 0, "the ellipsoid stays after its part is left")
-    before = picture(browser, ".stage canvas")
-    for layer in ("Frames", "Parts"):
-        browser.run(f"[...document.querySelectorAll('.looks label')].find(l => l.textContent === '{layer}').querySelector('input').click(), new Promise(r => setTimeout(r, 200))")
-        after = picture(browser, ".stage canvas")
-        expect(after["hash"] != before["hash"], f"the layer {layer} changes nothing")
-        before = after
+    layer = lambda name: browser.run(f"[...document.querySelectorAll('.looks label')].find(l => l.textContent === '{name}')"
+                                     ".querySelector('input').click(), new Promise(r => setTimeout(r, 300))")
+    seen = lambda: picture(browser, ".stage canvas")["hash"]
+    # the head is yellow too, so that the ellipsoid is looked for without the parts
+    before = seen()
+    layer("Parts")
+    expect(seen() != before, "the layer Parts changes nothing")
+    yellow = lambda: browser.run(f"{YELLOW}(document.querySelector('.stage canvas'))")
+    with_it = yellow()
+    expect(with_it > 50, f"the picked part's ellipsoid has {with_it} pixels")
+    browser.run("document.querySelector('.part[aria-pressed=true]').click(), document.activeElement.blur(), new Promise(r => setTimeout(r, 300))")
+    expect(yellow() < 0.2 * with_it, f"{yellow()} of the ellipsoid's {with_it} pixels stay after its part is left")
+    layer("Parts")
+    before = seen()
+    layer("Frames")
+    expect(seen() != before, "the layer Frames changes nothing")
+    layer("Frames")
 
 
 def check_tap(browser, page):

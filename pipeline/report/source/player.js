@@ -252,7 +252,7 @@ function makeLegend(body, facts, stage) {
   const pick = (name) => {
     if (!rows.has(name)) return;
     if (kept !== name) keep(name);
-    stage.scrollIntoView({ block: 'nearest', behavior: 'smooth' });
+    stage.scrollIntoView({ block: 'nearest' });
   };
   const order = [...facts.keys()];
   for (const { name, material } of body.solids.toSorted(
