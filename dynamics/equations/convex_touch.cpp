@@ -42,6 +42,7 @@ struct Candidate {
   Flat flat = Flat::neither;
   int face = 0;
   ConvexFeature of_a, of_b;
+  bool stale = true;  ///< the parts need not be those that meet: equal ones, parallel to them, may
 };
 
 /// The faces of a shape whose normals are near n; of shapes that overlap, all faces.
@@ -53,7 +54,7 @@ void try_faces(const Pair& pair, const PlacedConvex& shape, Flat flat, const Vec
     if (!overlap && m.dot(n) < 0.5) return;
     const double gap = pair.separation(m);
     if (gap <= best.gap + (best.flat == Flat::neither ? -1 : 1) * as_good * pair.size) return;
-    best = {.n = m, .gap = gap, .flat = flat, .face = face, .of_a = {}, .of_b = {}};
+    best = {.n = m, .gap = gap, .flat = flat, .face = face, .of_a = {}, .of_b = {}, .stale = false};
   };
   for (int f = 0; f < int(c.faces.size()); ++f) test(c.faces[std::size_t(f)].normal, f);
   if (c.kind == Convex::Kind::cylinder)
@@ -116,9 +117,11 @@ void try_features(const Pair& pair, const Vector3d& from, Candidate& best) {
       const ConvexFeature &fa = near_a.all[std::size_t(i)], &fb = near_b.all[std::size_t(j)];
       const auto n = normal_of(pair, fa, fb, from);
       if (!n || n->dot(from) < 0.3) continue;
-      const double gap = pair.separation(*n);
-      if (gap <= best.gap + as_good * pair.size) continue;
-      best = {.n = *n, .gap = gap, .flat = Flat::neither, .face = 0, .of_a = fa, .of_b = fb};
+      const double gap = pair.separation(*n), tolerance = as_good * pair.size;
+      const double assumed = n->dot(point_of(pair.a, fa, *n) - point_of(pair.b, fb, *n));
+      const bool stale = assumed > gap + tolerance;
+      if (gap <= best.gap + tolerance && !(best.stale && !stale && gap >= best.gap - tolerance)) continue;
+      best = {.n = *n, .gap = gap, .flat = Flat::neither, .face = 0, .of_a = fa, .of_b = fb, .stale = stale};
     }
 }
 
