@@ -255,9 +255,6 @@ TEST(ConvexTouch, OverlapsWhereMujocoSeesContacts) {
         const std::string which = fmt::format("{} on {}, trial {}, gap {}", first, second, trial, gap);
         ASSERT_EQ(found.has_value(), gap < 0) << which;
         if (!found) continue;
-        // MuJoCo's search for the depth of round shapes ends in a direction near that of the least depth, so
-        // that it overestimates; its own tolerance is 1e-6
-        EXPECT_LE(*found, gap + 2e-6) << which;
         if (first == 1) EXPECT_NEAR(*found, gap, 1e-9) << which;  // closed forms there
       }
 }
@@ -266,8 +263,8 @@ TEST(ConvexTouch, OverlapsWhereMujocoSeesContacts) {
 
 class ConvexRows : public testing::TestWithParam<std::tuple<int, int>> {};
 
-// Central differences of the gap and its rate. Points of a contact that may jump to another corner are left
-// out: those whose gap changes by more than the motion can do.
+// Central differences of the gap and its rate, for the nearest point. (A corner that both shapes cut, over faces
+// that are not parallel, is farther; its rows count it as fixed in its shape.)
 TEST_P(ConvexRows, AreTheDerivativesOfTheGap) {
   const auto [first, second] = GetParam();
   Random random(unsigned(10 * first + second + 3));
@@ -294,9 +291,11 @@ TEST_P(ConvexRows, AreTheDerivativesOfTheGap) {
     const double h = 1e-5, tolerance = 1e-6;
     const ConstraintRows now = rows_at(0 * state.v), behind = rows_at(-h * state.v),
                          ahead = rows_at(h * state.v);
+    double least = std::numeric_limits<double>::infinity();
+    for (const Contact& c : system.contacts) least = std::min(least, now.h[c.row]);
     for (const Contact& c : system.contacts) {
       const double bend = ahead.h[c.row] + behind.h[c.row] - 2 * now.h[c.row];
-      if (now.L.row(c.row).isZero(0) || std::abs(bend) > 1e-7) continue;
+      if (now.h[c.row] > least + 1e-9 || std::abs(bend) > 1e-7) continue;
       EXPECT_NEAR(now.rate[c.row], (ahead.h[c.row] - behind.h[c.row]) / (2 * h), tolerance) << trial;
       EXPECT_NEAR(now.E[c.row], (ahead.rate[c.row] - behind.rate[c.row]) / (2 * h), 20 * tolerance) << trial;
       for (int i = 0; i < system.nv; ++i) {
