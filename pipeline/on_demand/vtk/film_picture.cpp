@@ -224,6 +224,7 @@ void set_stage(const FilmSet& set, vtkRenderer& stage) {
   camera->SetPosition(eye.data());
   camera->SetViewUp(set.camera.up.data());
   camera->SetParallelScale(set.camera.half_height);
+  camera->SetClippingRange(set.camera.half_height, 40 * set.camera.half_height);
 }
 
 }  // namespace
@@ -259,12 +260,6 @@ Result<void> draw_film(const FilmSet& set, std::size_t frames, const FrameMaker&
     if (!now.skin.empty()) performers.front()->bend(now.skin);
     arrows.show(now.arrows, *above, set.style);
     caption->SetInput(now.caption.c_str());
-    stage->ResetCameraClippingRange();
-    double range[2];
-    stage->GetActiveCamera()->GetClippingRange(range);
-    above->ResetCameraClippingRange();
-    double other[2];
-    above->GetActiveCamera()->GetClippingRange(other);
     window->Render();
     window->GetPixelData(0, 0, set.width - 1, set.height - 1, 0, pixels.Get(), 0);
     const auto count = static_cast<std::size_t>(pixels->GetNumberOfValues());
