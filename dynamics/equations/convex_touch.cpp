@@ -10,6 +10,7 @@
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <vector>
 
 #include "dynamics/equations/convex_features.hpp"
 #include "dynamics/scene/convex_direction.hpp"
@@ -122,6 +123,22 @@ void try_features(const Pair& pair, const Vector3d& from, Candidate& best) {
       const bool stale = assumed > gap + tolerance;
       if (gap <= best.gap + tolerance && !(best.stale && !stale && gap >= best.gap - tolerance)) continue;
       best = {.n = *n, .gap = gap, .flat = Flat::neither, .face = 0, .of_a = fa, .of_b = fb, .stale = stale};
+    }
+}
+
+/// For polytopes that overlap: the normals across an edge of each. With those of their faces these are all
+/// candidates for the least depth (separating axis theorem).
+void try_edges(const Pair& pair, Candidate& best) {
+  const std::vector<Vector3d>&of_a = pair.a.convex->edges, &of_b = pair.b.convex->edges;
+  for (const Vector3d& a : of_a)
+    for (const Vector3d& b : of_b) {
+      const Vector3d both = (pair.a.X.R * a).cross(pair.b.X.R * b);
+      const double sine = both.norm();
+      if (sine < along_each_other) continue;
+      for (const double sign : {-1., 1.}) {
+        const Vector3d n = sign / sine * both;
+        if (pair.separation(n) > best.gap + as_good * pair.size) try_features(pair, n, best);
+      }
     }
 }
 
@@ -256,8 +273,9 @@ ConvexTouch touch_of(const Convex& a, const Pose& X_a, const Convex& b, const Po
   const Vector3d from = out.normal;
   try_faces(pair, pair.b, Flat::b, from, best);
   try_faces(pair, pair.a, Flat::a, from, best);
+  if (best.gap < 0) try_edges(pair, best);
   if (best.flat != Flat::neither && lay(pair, best, out)) return out;
-  Vector3d start = from;
+  Vector3d start = best.gap < 0 ? best.n : from;
   for (int round = 0; round < 4; ++round) {  // other parts may be near the better normal
     try_features(pair, start, best);
     if ((best.n - start).norm() < 1e-12) break;

@@ -86,6 +86,19 @@ void find_neighbours(Convex& out) {
     }
 }
 
+// Directions of the edges. Shapes with many leave them out: their faces and near edges must do.
+void find_edges(Convex& out) {
+  constexpr std::size_t most = 12;
+  for (std::size_t a = 0; a < out.vertices.size(); ++a)
+    for (const int b : out.neighbours[a]) {
+      const Vector3d edge = (out.vertices[std::size_t(b)] - out.vertices[a]).normalized();
+      const auto same = [&](const Vector3d& e) { return e.cross(edge).norm() < same_plane; };
+      if (std::any_of(out.edges.begin(), out.edges.end(), same)) continue;
+      if (out.edges.size() == most) return out.edges.clear();
+      out.edges.push_back(edge);
+    }
+}
+
 // The spheres about the centroid of the vertices.
 void find_spheres(Convex& out) {
   for (const Vector3d& v : out.vertices) out.centre += v / double(out.vertices.size());
@@ -145,6 +158,7 @@ std::shared_ptr<const Convex> make_convex(const Shape& shape) {
     }
     find_neighbours(*out);
     if (out->vertices.size() == 2) out->neighbours = {{1}, {0}};
+    find_edges(*out);
     find_spheres(*out);
   }
   return out;

@@ -28,6 +28,7 @@ struct Convex {
   std::vector<Eigen::Vector3d> vertices;             ///< of the polytope, m
   std::vector<ConvexFace> faces;                     ///< none: a point or a segment
   std::vector<std::vector<int>> neighbours;          ///< per vertex: the other ends of its edges
+  std::vector<Eigen::Vector3d> edges;                ///< directions of the edges, each once; many: none
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< of the bounding and the inscribed sphere
   double bound = 0, inscribed = 0;                   ///< their radii, m
 
