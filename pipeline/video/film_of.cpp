@@ -89,7 +89,7 @@ FilmFrame frame_at(const Scenery& scenery, double t) {
 }
 
 /// The extent, along three directions, of all that moves.
-struct Extent {
+struct FilmBounds {
   Eigen::Matrix3d axes;  // rows
   Vector3d least = Vector3d::Constant(1e300), greatest = -least;
 
@@ -145,9 +145,9 @@ bool is_ground(const Mesh& mesh) { return mesh.name.starts_with("world: "); }
 /// Adds what moves in a frame.
 void add_frame(const Scenery& scenery, const std::vector<Mesh>& meshes,
                const std::vector<std::array<Vector3d, 8>>& corners, const FilmFrame& frame,
-               std::vector<Extent*> extents) {
+               std::vector<FilmBounds*> extents) {
   const auto add = [&](const Vector3d& p) {
-    for (Extent* extent : extents) extent->add(p);
+    for (FilmBounds* extent : extents) extent->add(p);
   };
   for (const Vector3d& p : frame.skin) add(p);
   if (frame.skin.empty())
@@ -167,7 +167,7 @@ double greatest_force(const std::vector<ShownForce>& forces) {
 }
 
 /// Squares of about an eighth of the height, under all that moves.
-FilmFloor floor_under(const Extent& world, const Eigen::Matrix3d& upright) {
+FilmFloor floor_under(const FilmBounds& world, const Eigen::Matrix3d& upright) {
   const Vector3d size = world.size();
   FilmFloor floor;
   floor.square = round_up(size.maxCoeff() / 8);
@@ -190,7 +190,7 @@ void frame_all(Film& film, Scenery& scenery, const Eigen::Matrix3d& upright) {
   for (const Mesh& mesh : set.meshes) corners.push_back(corners_of(mesh));
   Eigen::Matrix3d view;
   view << set.camera.right().transpose(), set.camera.up.transpose(), set.camera.from.transpose();
-  Extent seen{view}, world{upright.transpose()}, still{upright.transpose()};
+  FilmBounds seen{view}, world{upright.transpose()}, still{upright.transpose()};
   add_frame(scenery, set.meshes, corners, film.frame(0), {&still});
   if (const double most = greatest_force(scenery.body.forces); most > 0)
     scenery.metres_per_newton = 0.4 * still.size().norm() / most;
@@ -231,7 +231,7 @@ Result<Film> film_of(const MovingBody& body, const VideoOptions& options) {
     film.set.colours = {{0xd9, 0xb3, 0x9a}};
     scenery->solid_of = {-1};
   } else {
-    Extent size{Eigen::Matrix3d::Identity()};
+    FilmBounds size{Eigen::Matrix3d::Identity()};
     for (const Mesh& mesh : body.meshes)
       if (!is_ground(mesh))
         for (const Vector3d& corner : corners_of(mesh)) size.add(corner);
