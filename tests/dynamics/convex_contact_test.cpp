@@ -256,6 +256,8 @@ TEST(ConvexTouch, OverlapsWhereMujocoSeesContacts) {
         ASSERT_EQ(found.has_value(), gap < 0) << which;
         if (!found) continue;
         if (first == 1) EXPECT_NEAR(*found, gap, 1e-9) << which;  // closed forms there
+        // of two boxes ours is the least depth; MuJoCo prefers faces to edges that are a little better
+        if (first == 0) EXPECT_LE(*found, gap + 1e-9) << which;
       }
 }
 
