@@ -255,9 +255,13 @@ TEST(ConvexTouch, OverlapsWhereMujocoSeesContacts) {
         const std::string which = fmt::format("{} on {}, trial {}, gap {}", first, second, trial, gap);
         ASSERT_EQ(found.has_value(), gap < 0) << which;
         if (!found) continue;
-        if (first == 1) EXPECT_NEAR(*found, gap, 1e-9) << which;  // closed forms there
+        if (first == 1) {
+          EXPECT_NEAR(*found, gap, 1e-9) << which;  // closed forms there
+        }
         // of two boxes ours is the least depth; MuJoCo prefers faces to edges that are a little better
-        if (first == 0) EXPECT_LE(*found, gap + 1e-9) << which;
+        if (first == 0) {
+          EXPECT_LE(*found, gap + 1e-9) << which;
+        }
       }
 }
 
