@@ -186,11 +186,10 @@ class MjcfReader {
       model_.not_modelled.motion.push_back(fmt::format(
           "torsional and rolling friction (condim 4 and 6) of {} pairs of geoms", found.twisting));
     if (found.crowded > 0)
-      model_.not_modelled.motion.push_back(
-          fmt::format("contacts of {} pairs of geoms, too many for dense rows of {:.0f} coordinates: they "
-                      "pass through each "
-                      "other",
-                      found.crowded, freedoms()));
+      model_.not_modelled.motion.push_back(fmt::format(
+          "contacts of {} pairs of geoms, too many to solve together with {:.0f} coordinates: they "
+          "pass through each other",
+          found.crowded, freedoms()));
     if (found.without.size() > found.crowded)
       model_.not_modelled.motion.push_back(fmt::format(
           "contacts of {} pairs of geoms that may touch, such as {} and {}: they pass through each other; "

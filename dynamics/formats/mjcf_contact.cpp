@@ -17,6 +17,9 @@ using Eigen::Vector3d;
 // Limit of contact rows times coordinates: the size of each of about ten dense matrices.
 constexpr double most_contact_numbers = 2e6;
 
+// Limit of contact rows once convex pairs, of up to 24 rows each, count: the products of all rows are a dense matrix too.
+constexpr double most_contact_rows = 6000;
+
 int dimensions_of(const XmlElement& element) {
   const double condim = element.number("condim", 3);
   if (condim != 1 && condim != 3 && condim != 4 && condim != 6)
@@ -197,7 +200,8 @@ std::vector<const MjcfContacts::Surface*> MjcfContacts::touching(double freedoms
         contacts += how != Modelled::not_at_all;
     }
   crowds.rounded = 3. * double(contacts) * freedoms > most_contact_numbers;
-  crowds.convex = 3. * double(contacts + convex) * freedoms > most_contact_numbers;
+  const double rows = 3. * double(contacts + convex);
+  crowds.convex = rows * freedoms > most_contact_numbers || rows > most_contact_rows;
   auto room = admit_memory(root_.where(), fmt::format("a model of {} pairs of geoms that may touch", pairs),
                            pair_size * double(pairs));
   if (room) return out;

@@ -21,29 +21,24 @@ constexpr std::array views{NamedView{"oblique", 40, 12}, NamedView{"front", 0, 5
 }  // namespace
 
 void add_video_options(CLI::App& verb, VideoAsked& asked, const std::string& where) {
-  auto* const file = verb.add_option("--video", asked.file,
-                                     "Also write a video of the motion, .mp4, " + where + "; needs ffmpeg");
+  // (the others do not demand --video: a run's stored settings hold them all)
+  verb.add_option("--video", asked.file,
+                  "Also write a video of the motion, .mp4, " + where + "; needs ffmpeg");
   std::vector<std::string> names;
   for (const NamedView& view : views) names.emplace_back(view.name);
-  verb.add_option("--video-size", asked.size, "Width and height, pixels, both even")
-      ->capture_default_str()
-      ->needs(file);
+  verb.add_option("--video-size", asked.size, "Width and height, pixels, both even")->capture_default_str();
   verb.add_option("--video-rate", asked.rate, "Frames per second")
       ->check(number_within(1.0, 240.0))
-      ->capture_default_str()
-      ->needs(file);
+      ->capture_default_str();
   verb.add_option("--video-speed", asked.speed, "Seconds of motion in a second of video; 0.25: slow motion")
       ->check(number_within(1e-6, 1e6))
-      ->capture_default_str()
-      ->needs(file);
+      ->capture_default_str();
   verb.add_option("--video-view", asked.view, "Where the camera is")
       ->check(CLI::IsMember(names))
-      ->capture_default_str()
-      ->needs(file);
+      ->capture_default_str();
   verb.add_option("--video-style", asked.style, "Lit surfaces, or black edges on white without hidden ones")
       ->check(CLI::IsMember({"solid", "wire"}))
-      ->capture_default_str()
-      ->needs(file);
+      ->capture_default_str();
   group_options(
       verb, "Video",
       {"--video", "--video-size", "--video-rate", "--video-speed", "--video-view", "--video-style"});
