@@ -44,8 +44,8 @@ class MjcfContacts {
     int twisting = 0;  ///< contact pairs with torsional or rolling friction (condim 4 or 6), not modelled
   };
   /// Finds all contacts. Names of constraints differ from those in `names`. Contacts of convex shapes with each
-  /// other are left out if the rows of all contacts times `freedoms` exceed a limit, and those of spheres and
-  /// capsules too if the rest alone exceeds it. Refuses a
+  /// other are left out if the rows of all contacts, or these rows times `freedoms`, exceed a limit. Contacts of
+  /// spheres and capsules are left out if their own rows times `freedoms` do. Refuses a
   /// <pair> of unknown geoms, and more pairs than memory has room for.
   Found find(UniqueNames names, double freedoms) const;
 

@@ -86,7 +86,8 @@ void find_neighbours(Convex& out) {
     }
 }
 
-// Directions of the edges. Shapes with many leave them out: their faces and near edges must do.
+// Finds the directions of the edges. A shape with more than `most` gets none: for it touch_of compares the faces
+// and the edges near the direction found.
 void find_edges(Convex& out) {
   constexpr std::size_t most = 12;
   for (std::size_t a = 0; a < out.vertices.size(); ++a)

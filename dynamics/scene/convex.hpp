@@ -22,13 +22,13 @@ struct ConvexFace {
 struct Convex {
   enum class Kind { polytope, cylinder, ellipsoid };
   Kind kind = Kind::polytope;
-  Pose X_SF;                                         ///< in its solid
-  Eigen::Vector3d radii = Eigen::Vector3d::Zero();   ///< half axes; x: radius of a cylinder or swelling; m
-  double half = 0;                                   ///< half length of a cylinder, m
-  std::vector<Eigen::Vector3d> vertices;             ///< of the polytope, m
-  std::vector<ConvexFace> faces;                     ///< none: a point or a segment
-  std::vector<std::vector<int>> neighbours;          ///< per vertex: the other ends of its edges
-  std::vector<Eigen::Vector3d> edges;                ///< directions of the edges, each once; many: none
+  Pose X_SF;                                        ///< in its solid
+  Eigen::Vector3d radii = Eigen::Vector3d::Zero();  ///< half axes; x: radius of a cylinder or swelling; m
+  double half = 0;                                  ///< half length of a cylinder, m
+  std::vector<Eigen::Vector3d> vertices;            ///< of the polytope, m
+  std::vector<ConvexFace> faces;                    ///< none: a point or a segment
+  std::vector<std::vector<int>> neighbours;         ///< per vertex: the other ends of its edges
+  std::vector<Eigen::Vector3d> edges;  ///< unit directions of the edges, each once; none if there are over 12
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< of the bounding and the inscribed sphere
   double bound = 0, inscribed = 0;                   ///< their radii, m
 

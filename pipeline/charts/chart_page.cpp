@@ -16,7 +16,7 @@ namespace {
 // more buttons than these are a list to choose from
 constexpr std::size_t most_buttons = 8;
 
-/// Hidden until the page's program can answer them.
+/// The buttons of one choice. They are hidden until the page's program runs.
 std::string buttons_html(const PageButtons& row) {
   if (row.values.size() < 2) return "";
   std::string out =

@@ -11,7 +11,7 @@
 
 namespace borelli {
 
-/// A row of buttons (many values: a list): each shows only the plots of its value.
+/// One choice of a page: a button (or an entry of a list) per value shows only the plots of that value.
 struct PageButtons {
   std::string kind;                                         ///< lowercase letters
   std::string title;                                        ///< what is chosen, in words

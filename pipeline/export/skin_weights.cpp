@@ -18,7 +18,7 @@ namespace {
 using Eigen::Vector3d;
 using Index = std::array<std::int64_t, 3>;
 
-/// Weights of the bones that move a place; of more than `most` those that came first.
+/// Weights of the bones that move a place. Room for `most` bones; later ones are dropped.
 struct BoneWeights {
   static constexpr std::size_t most = 48;
   std::array<std::uint16_t, most> bone{};
@@ -38,7 +38,7 @@ struct BoneWeights {
 /// Bones from one pose to another at equal intervals.
 using Chain = std::vector<std::size_t>;
 
-/// Adds `scale` times the weights at z in [0, 1]: linear between the two bones next to it.
+/// The bones stand at equal steps from z = 0 to 1. Adds `scale` times linear weights of the two bones beside z.
 void add_ramp(BoneWeights& to, const Chain& chain, double z, double scale) {
   const double u = std::clamp(z, 0.0, 1.0) * (static_cast<double>(chain.size()) - 1);
   const auto below = std::min(static_cast<std::size_t>(u), chain.size() - 2);
@@ -75,10 +75,10 @@ std::vector<JointChains> chains_of(const Skin& skin) {
 
 /// Weights of the voxels of the isotropic grid.
 ///
-/// Zones of several joints overlap where their cuts come together, as in the groin. All joints of one part, the
-/// middle of a star, then share a place: with z_j the share of joint j's turn there and d_j the deviation from
-/// the middle's pose (z_j for a joint to a child, 1 - z_j for the middle's own), joint j gets the weight d_j / D
-/// and its bones at D, with D = sum d_j. To first order in the angles each joint so turns the place by z_j.
+/// Zones of several joints overlap where their cuts meet, as in the groin. A place there follows all joints of one
+/// part (the middle of a star). z_j is the share of joint j's turn that the place makes; d_j is its deviation from
+/// the middle's pose: z_j for a joint to a child, 1 - z_j for the middle's own joint. With D = sum d_j, joint j gets
+/// the weight d_j / D, on its bones at D. To first order in the angles the place then turns by z_j at each joint.
 class VoxelWeights {
  public:
   VoxelWeights(const Skin& skin, const Volume<std::uint8_t>& coarse, int threads)

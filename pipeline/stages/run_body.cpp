@@ -252,15 +252,11 @@ Result<json> write_models(RunData& data) {
 Result<json> make_glb(RunData& data) {
   const auto meshes = data.meshes();
   if (!meshes) return tl::unexpected(meshes.error());
-  const auto table = data.table();
-  if (!table) return tl::unexpected(table.error());
-  const auto segmentation = data.segmentation();
-  if (!segmentation) return tl::unexpected(segmentation.error());
+  const auto X_WS = data.poses();
+  if (!X_WS) return tl::unexpected(X_WS.error());
   const auto trajectory = data.trajectory();
   if (!trajectory) return tl::unexpected(trajectory.error());
-  std::vector<Warning> said_by_the_scene;
-  const ScanPoses X_WS = scan_poses(movable_parts(**table, said_by_the_scene), (*segmentation)->landmarks);
-  const auto bytes = glb(**meshes, X_WS, **trajectory, {data.settings.subject});
+  const auto bytes = glb(**meshes, **X_WS, **trajectory, {data.settings.subject});
   if (!bytes) return tl::unexpected(bytes.error());
   if (auto written = write_whole(data.file("body.glb"), *bytes); !written)
     return tl::unexpected(written.error());
@@ -270,13 +266,13 @@ Result<json> make_glb(RunData& data) {
 Result<json> make_skin(RunData& data) {
   const auto trajectory = data.trajectory();
   if (!trajectory) return tl::unexpected(trajectory.error());
-  const auto skin = skin_of_run(data);
+  const auto skin = data.skin();
   if (!skin) return tl::unexpected(skin.error());
-  const auto bytes = glb(*skin, **trajectory, {data.settings.subject});
+  const auto bytes = glb(**skin, **trajectory, {data.settings.subject});
   if (!bytes) return tl::unexpected(bytes.error());
   if (auto written = write_whole(data.file("skin.glb"), *bytes); !written)
     return tl::unexpected(written.error());
-  return json{{"triangles", skin->mesh.triangles.size()}, {"bones", skin->bones.size()}};
+  return json{{"triangles", (*skin)->mesh.triangles.size()}, {"bones", (*skin)->bones.size()}};
 }
 
 Result<json> draw_picture(RunData& data) {

@@ -151,4 +151,30 @@ Result<const std::vector<Mesh>*> RunData::meshes() {
   });
 }
 
+Result<const ScanPoses*> RunData::poses() {
+  return once(poses_, [&]() -> Result<ScanPoses> {
+    const auto of_parts = table();
+    if (!of_parts) return tl::unexpected(of_parts.error());
+    const auto found = segmentation();
+    if (!found) return tl::unexpected(found.error());
+    std::vector<Warning> said_by_the_scene;
+    return scan_poses(movable_parts(**of_parts, said_by_the_scene), (*found)->landmarks);
+  });
+}
+
+Result<const Skin*> RunData::skin() {
+  return once(skin_, [&]() -> Result<Skin> {
+    const auto asked = labels();
+    if (!asked) return tl::unexpected(asked.error());
+    const auto X_WS = poses();
+    if (!X_WS) return tl::unexpected(X_WS.error());
+    const auto found = segmentation();
+    if (!found) return tl::unexpected(found.error());
+    SkinOptions options;
+    options.tolerance = 1e-3 * settings.mesh_tolerance_mm;
+    options.threads = settings.threads;
+    return skin_of(**asked, skin_joints(**asked, (*found)->landmarks), **X_WS, options);
+  });
+}
+
 }  // namespace borelli

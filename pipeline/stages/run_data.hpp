@@ -12,7 +12,9 @@
 #include "error/error.hpp"
 #include "inertia/table.hpp"
 #include "pipeline/body/mr_scan.hpp"
+#include "pipeline/body/skeleton.hpp"
 #include "pipeline/export/mesh.hpp"
+#include "pipeline/export/skin.hpp"
 #include "pipeline/files/input_names.hpp"
 #include "pipeline/report/report.hpp"
 #include "pipeline/stages/run.hpp"
@@ -46,6 +48,10 @@ class RunData {
   Result<const Scene*> moving();
   Result<const Trajectory*> trajectory();
   Result<const std::vector<Mesh>*> meshes();
+  /// The frames of the parts that move, in the scan's pose.
+  Result<const ScanPoses*> poses();
+  /// The body's closed skin (skin_of).
+  Result<const Skin*> skin();
   /// The report's views of the scan; null if no stage of this run made them.
   const ScanViews* views() {
     const std::lock_guard lock(mutex_);
@@ -89,6 +95,8 @@ class RunData {
   std::optional<Scene> scene_, smallest_;
   std::optional<Trajectory> trajectory_;
   std::optional<std::vector<Mesh>> meshes_;
+  std::optional<ScanPoses> poses_;
+  std::optional<Skin> skin_;
   std::optional<ScanViews> views_;
   std::vector<std::string> reader_warnings_;
 };

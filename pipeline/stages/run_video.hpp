@@ -13,7 +13,4 @@ namespace borelli {
 /// ground forces as arrows. Errors: those of write_video.
 Result<nlohmann::json> make_video(RunData& data, const StageProgress& progress);
 
-/// The skin of the run's body (skin_of), as skin.glb holds it.
-Result<Skin> skin_of_run(RunData& data);
-
 }  // namespace borelli

@@ -6,6 +6,7 @@
 #include <memory>
 #include <numbers>
 
+#include "dynamics/numbers/rotation_between.hpp"
 #include "pipeline/export/decimate.hpp"
 #include "pipeline/export/skin.hpp"
 #include "pipeline/export/skin_pose.hpp"
@@ -55,7 +56,8 @@ struct Scenery {
   const MovingBody& body;
   VideoOptions options;
   bool skinned = false;
-  std::vector<std::ptrdiff_t> solid_of;  // of each mesh of the set; -1: it stays
+  std::vector<std::ptrdiff_t>
+      solid_of;  // per mesh, the number of the solid that carries it; -1: none, it stands still
   double metres_per_newton = 0;
 };
 
@@ -142,20 +144,14 @@ FilmCamera camera_of(const VideoOptions& options, const Eigen::Matrix3d& upright
 
 bool is_ground(const Mesh& mesh) { return mesh.name.starts_with("world: "); }
 
-/// Adds what moves in a frame.
-void add_frame(const Scenery& scenery, const std::vector<Mesh>& meshes,
-               const std::vector<std::array<Vector3d, 8>>& corners, const FilmFrame& frame,
-               std::vector<FilmBounds*> extents) {
-  const auto add = [&](const Vector3d& p) {
-    for (FilmBounds* extent : extents) extent->add(p);
-  };
-  for (const Vector3d& p : frame.skin) add(p);
+/// Adds what moves in a frame, without arrows.
+void add_body(const std::vector<Mesh>& meshes, const std::vector<std::array<Vector3d, 8>>& corners,
+              const FilmFrame& frame, FilmBounds& bounds) {
+  for (const Vector3d& p : frame.skin) bounds.add(p);
   if (frame.skin.empty())
     for (std::size_t m = 0; m < meshes.size(); ++m)
       if (!is_ground(meshes[m]))
-        for (const Vector3d& corner : corners[m]) add(frame.X_WM[m] * corner);
-  if (scenery.metres_per_newton > 0)
-    for (const FilmArrow& arrow : frame.arrows) add(arrow.to);
+        for (const Vector3d& corner : corners[m]) bounds.add(frame.X_WM[m] * corner);
 }
 
 double greatest_force(const std::vector<ShownForce>& forces) {
@@ -191,15 +187,14 @@ void frame_all(Film& film, Scenery& scenery, const Eigen::Matrix3d& upright) {
   Eigen::Matrix3d view;
   view << set.camera.right().transpose(), set.camera.up.transpose(), set.camera.from.transpose();
   FilmBounds seen{view}, world{upright.transpose()}, still{upright.transpose()};
-  add_frame(scenery, set.meshes, corners, film.frame(0), {&still});
+  add_body(set.meshes, corners, film.frame(0), still);
   if (const double most = greatest_force(scenery.body.forces); most > 0)
     scenery.metres_per_newton = 0.4 * still.size().norm() / most;
   for (std::size_t n = 0; n < film.frames; ++n) {
     const FilmFrame frame = film.frame(n);
-    add_frame(scenery, set.meshes, corners, frame, {&seen});
-    FilmFrame body = frame;
-    body.arrows.clear();
-    add_frame(scenery, set.meshes, corners, body, {&world});
+    add_body(set.meshes, corners, frame, seen);
+    add_body(set.meshes, corners, frame, world);
+    for (const FilmArrow& arrow : frame.arrows) seen.add(arrow.to);
   }
   if (std::ranges::none_of(set.meshes, is_ground)) set.floor = floor_under(world, upright);
   set.camera.middle = view.transpose() * seen.middle();
@@ -246,8 +241,7 @@ Result<Film> film_of(const MovingBody& body, const VideoOptions& options) {
     const double late = static_cast<double>(n) * scenery->options.speed / scenery->options.rate;
     return frame_at(*scenery, scenery->motion.start() + std::min(late, scenery->motion.span()));
   };
-  const Eigen::Matrix3d upright =
-      Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), body.up).toRotationMatrix();
+  const Eigen::Matrix3d upright = rotation_between(Vector3d::UnitZ(), body.up);
   frame_all(film, *scenery, upright);
   return film;
 }

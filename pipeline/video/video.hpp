@@ -31,8 +31,8 @@ struct ShownForce {
 
 /// What moves.
 struct MovingBody {
-  /// In the frames of the trajectory's solids of their names; a mesh without a solid does not move. The camera
-  /// shows all that moves. Meshes named "world: ..." are grounds; without one a grid is drawn.
+  /// Each mesh has the name of the solid that carries it, and points in that solid's frame; a mesh whose name is
+  /// no solid's stands still. Meshes named "world: ..." are the ground; without one a grid is drawn.
   std::vector<Mesh> meshes;
   std::vector<Colour> colours;
   const Skin* skin = nullptr;  ///< drawn instead of the meshes, except in the style wire
