@@ -96,7 +96,7 @@ std::string economy_page(const Economy& economy, const std::vector<std::string>&
   ChartPage page{.title = economy.scene + ": economy",
                  .heading = economy.scene + ": the smallest sufficient model",
                  .warnings = warnings,
-                 .sentences = {in_words(economy) + "."}};
+                 .sentences = {"Result: " + in_words(economy) + "."}};
   PageButtons which{"of", "Chart", {}};
   for (auto& [name, plot] : economy_plots(economy)) {
     which.values.emplace_back(name, name == "error" ? "error" : "processor time");

@@ -40,6 +40,15 @@ Result<std::vector<ShownForce>> ground_forces(const RunData& data) {
   return forces;
 }
 
+/// Where the body faces at the start: a scan's front is -y of the patient frame (x left, y back, z up), and the
+/// first solid that the scan has carries it.
+std::optional<Eigen::Vector3d> facing(const Trajectory& trajectory, const ScanPoses& X_WS) {
+  for (std::size_t s = 0; s < trajectory.solids.size(); ++s)
+    if (const auto rest = X_WS.find(trajectory.solids[s]); rest != X_WS.end())
+      return trajectory.pose(0, s).R * rest->second.R.transpose() * Eigen::Vector3d(0, -1, 0);
+  return std::nullopt;
+}
+
 }  // namespace
 
 Result<json> make_video(RunData& data, const StageProgress& progress) {
@@ -59,6 +68,7 @@ Result<json> make_video(RunData& data, const StageProgress& progress) {
     body.meshes.push_back(std::move(mesh));
   }
   body.trajectory = *trajectory;
+  if (!(*trajectory)->times.empty()) body.front = facing(**trajectory, **X_WS);
   body.forces = std::move(*forces);
   if (data.settings.skin && data.settings.video_options.style != FilmStyle::wire) {
     const auto skin = data.skin();

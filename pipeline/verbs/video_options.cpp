@@ -33,7 +33,7 @@ void add_video_options(CLI::App& verb, VideoAsked& asked, const std::string& whe
   verb.add_option("--video-speed", asked.speed, "Seconds of motion in a second of video; 0.25: slow motion")
       ->check(number_within(1e-6, 1e6))
       ->capture_default_str();
-  verb.add_option("--video-view", asked.view, "Where the camera is")
+  verb.add_option("--video-view", asked.view, "Where the camera is, as the body faces at the start")
       ->check(CLI::IsMember(names))
       ->capture_default_str();
   verb.add_option("--video-style", asked.style, "Lit surfaces, or black edges on white without hidden ones")

@@ -142,6 +142,16 @@ FilmCamera camera_of(const VideoOptions& options, const Eigen::Matrix3d& upright
   return camera;
 }
 
+/// Turns z to `up` and -y to the body's front.
+Eigen::Matrix3d upright_of(const MovingBody& body) {
+  const Vector3d front = body.front.value_or(body.up), level = front - body.up.dot(front) * body.up;
+  if (!(level.norm() > 0.3 * front.norm())) return rotation_between(Vector3d::UnitZ(), body.up);  // lies
+  const Vector3d back = -level.normalized();
+  Eigen::Matrix3d R;
+  R << back.cross(body.up), back, body.up;
+  return R;
+}
+
 bool is_ground(const Mesh& mesh) { return mesh.name.starts_with("world: "); }
 
 /// Adds what moves in a frame, without arrows.
@@ -241,8 +251,7 @@ Result<Film> film_of(const MovingBody& body, const VideoOptions& options) {
     const double late = static_cast<double>(n) * scenery->options.speed / scenery->options.rate;
     return frame_at(*scenery, scenery->motion.start() + std::min(late, scenery->motion.span()));
   };
-  const Eigen::Matrix3d upright = rotation_between(Vector3d::UnitZ(), body.up);
-  frame_all(film, *scenery, upright);
+  frame_all(film, *scenery, upright_of(body));
   return film;
 }
 

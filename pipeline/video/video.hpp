@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -38,7 +39,10 @@ struct MovingBody {
   const Skin* skin = nullptr;  ///< drawn instead of the meshes, except in the style wire
   const Trajectory* trajectory = nullptr;
   std::vector<ShownForce> forces;
-  Eigen::Vector3d up{0, 0, 1};  ///< unit vector; at azimuth 0 the camera is at -y, turned as z is to `up`
+  Eigen::Vector3d up{0, 0, 1};  ///< unit vector
+  /// Where the body faces at the start; the views are named by it. None, or along `up`: against y, turned as z
+  /// is to `up`.
+  std::optional<Eigen::Vector3d> front = {};
 };
 
 /// Frames of a motion over `seconds`: from its start, `speed` / `rate` apart, up to its end.

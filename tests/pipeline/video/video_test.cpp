@@ -138,6 +138,23 @@ TEST(Film, TurnsWithTheVertical) {
     EXPECT_LT((red_centroid(frames[n], 320, 180) - red_centroid(same[n], 320, 180)).norm(), 0.1) << n;
 }
 
+// A body that faces along x has its left along y. One that lies has no side to be named by.
+TEST(Film, NamesViewsByWhereTheBodyFaces) {
+  const Trajectory trajectory = flight();
+  MovingBody body = flying_box(trajectory);
+  const auto camera_at = [&](double azimuth) {
+    VideoOptions options;
+    options.azimuth_deg = azimuth, options.elevation_deg = 0;
+    return film_of(body, options).value().set.camera;
+  };
+  body.front = Vector3d(2, 0, 0.3);
+  EXPECT_LT((camera_at(0).from - Vector3d(1, 0, 0)).norm(), 1e-12);
+  EXPECT_LT((camera_at(90).from - Vector3d(0, 1, 0)).norm(), 1e-12);
+  EXPECT_LT((camera_at(90).up - Vector3d(0, 0, 1)).norm(), 1e-12);
+  body.front = Vector3d(0, 0, 1);
+  EXPECT_LT((camera_at(0).from - Vector3d(0, -1, 0)).norm(), 1e-12);
+}
+
 TEST(Film, DrawsForcesWhereTheyAct) {
   const Trajectory trajectory = flight();
   MovingBody body = flying_box(trajectory);
