@@ -96,7 +96,9 @@ class Browser:
         self.call("Emulation.setEmulatedMedia", media="print" if printed else "",
                   features=[{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}])
         self.call("Page.navigate", url="file://" + os.path.abspath(path))
-        return self.run("new Promise(r => document.readyState === 'complete' ? r() : addEventListener('load', r))")
+        self.run("new Promise(r => document.readyState === 'complete' ? r() : addEventListener('load', r))")
+        # Chromium drops the mouse's events until it has shown the page once
+        self.run("new Promise(r => new PerformanceObserver(r).observe({type: 'paint', buffered: true}))")
 
     def run(self, script):
         """The value of a JavaScript expression; promises are awaited."""

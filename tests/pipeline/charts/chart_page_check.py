@@ -15,6 +15,8 @@ PAGES = ("chart", "economy", "volume", "stability", "long")
 def place(browser, plot, x, y):
     """The pixel of the window at which a shown plot has this value."""
     browser.run(f"document.querySelectorAll('.plot')[{plot}].scrollIntoView({{block: 'center'}})")
+    # a plot keeps its place in the window until the scroll's event, which comes with the next frame
+    browser.run("new Promise(r => requestAnimationFrame(() => requestAnimationFrame(r)))")
     return browser.run(f"""(([left, top], box) => [box.left + left, box.top + top])(window.borelli.plots[{plot}].position({x}, {y}),
       document.querySelectorAll('.plot')[{plot}].querySelector('.u-over').getBoundingClientRect())""")
 
