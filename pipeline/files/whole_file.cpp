@@ -145,30 +145,45 @@ tl::unexpected<Error> named(Error error, const fs::path& beside, const fs::path&
   return tl::unexpected(std::move(error));
 }
 
+// Creates a folder and its missing parents. Removes those it created, if they are empty, unless kept.
+class NewFolders {
+ public:
+  explicit NewFolders(const fs::path& folder) {
+    std::error_code problem;
+    std::vector<fs::path> missing;
+    fs::path there = folder;
+    for (; !fs::exists(there, problem) && there != folder_of(there); there = folder_of(there))
+      missing.push_back(there);
+    if (!fs::is_directory(there, problem)) problem_ = there.string() + " is not a folder";
+    for (auto next = missing.rbegin(); next != missing.rend() && problem_.empty(); ++next) {
+      if (fs::create_directory(*next, problem)) made_.push_back(*next);
+      if (problem) problem_ = "the folder " + next->string() + " cannot be created: " + problem.message();
+    }
+  }
+  ~NewFolders() {
+    for (auto last = made_.rbegin(); last != made_.rend(); ++last) rmdir(last->c_str());
+  }
+  NewFolders(const NewFolders&) = delete;
+  NewFolders& operator=(const NewFolders&) = delete;
+
+  void keep() { made_.clear(); }
+  // why the folder could not be created; "" if it is there
+  const std::string& problem() const { return problem_; }
+
+ private:
+  std::vector<fs::path> made_;  // parents first
+  std::string problem_;
+};
+
 // what prevents a file of that name in `folder`; "" if nothing does
 std::string obstacle(const fs::path& folder, const std::string& name) {
-  std::error_code problem;
-  std::vector<fs::path> missing;
-  fs::path there = folder;
-  for (; !fs::exists(there, problem) && there != folder_of(there); there = folder_of(there))
-    missing.push_back(there);
-  if (!fs::is_directory(there, problem)) return there.string() + " is not a folder";
-  std::vector<fs::path> made;
-  std::string found;
-  for (auto next = missing.rbegin(); next != missing.rend() && found.empty(); ++next) {
-    if (fs::create_directory(*next, problem)) made.push_back(*next);
-    if (problem) found = "the folder " + next->string() + " cannot be created: " + problem.message();
-  }
-  if (found.empty()) {
-    const fs::path probe = folder / partial_name(name);
-    const int file = open(probe.c_str(), O_CREAT | O_WRONLY | O_CLOEXEC, 0600);
-    if (file < 0)
-      found = "the folder " + folder.string() + ": " + std::strerror(errno);
-    else
-      close(file), unlink(probe.c_str());
-  }
-  for (auto last = made.rbegin(); last != made.rend(); ++last) rmdir(last->c_str());
-  return found;
+  const NewFolders folders(folder);
+  if (!folders.problem().empty()) return folders.problem();
+  const fs::path probe = folder / partial_name(name);
+  const int file = open(probe.c_str(), O_CREAT | O_WRONLY | O_CLOEXEC, 0600);
+  if (file < 0) return "the folder " + folder.string() + ": " + std::strerror(errno);
+  close(file), unlink(probe.c_str());
+  return "";
 }
 
 Result<void> check_no_folder(const fs::path& path) {
@@ -218,8 +233,8 @@ Result<void> write_whole(const fs::path& path, const std::function<Result<void>(
   if (auto fine = check_no_folder(path); !fine) return fine;
   std::error_code problem;
   const fs::path folder = folder_of(path);
-  fs::create_directories(folder, problem);
-  if (problem) return failure(folder.string(), "cannot create this folder: " + problem.message());
+  NewFolders folders(folder);
+  if (!folders.problem().empty()) return failure(path.string(), "cannot be written: " + folders.problem());
   sweep_partial_files(path);
   const WriterInFolder writer(folder);
 
@@ -237,7 +252,10 @@ Result<void> write_whole(const fs::path& path, const std::function<Result<void>(
     fs::rename(beside, path, problem);
     if (problem) done = failure(path.string(), "cannot be moved to its final name: " + problem.message());
   }
-  if (done) return sync(folder, true);
+  if (done) {
+    folders.keep();
+    return sync(folder, true);
+  }
   fs::remove(beside, problem);
   return named(done.error(), beside, path);
 }
@@ -248,9 +266,11 @@ Result<void> write_whole_set(const fs::path& folder, const std::vector<std::stri
   sweep_partial_files(folder / names.front());
   std::error_code problem, ignored;
   fs::remove_all(beside, ignored);
-  fs::create_directories(folder, problem);
+  NewFolders folders(folder);
+  if (!folders.problem().empty())
+    return failure(folder.string(), "cannot be written to: " + folders.problem());
   const WriterInFolder writer(folder);
-  if (!problem) fs::create_directories(beside, problem);
+  fs::create_directory(beside, problem);
   if (problem) return failure(folder.string(), "cannot be written to: " + problem.message());
   auto done = write(beside);
   for (const std::string& name : names)
@@ -261,7 +281,10 @@ Result<void> write_whole_set(const fs::path& folder, const std::vector<std::stri
     if (problem) done = failure((folder / name).string(), "cannot be written: " + problem.message());
   }
   fs::remove_all(beside, ignored);
-  if (done) return sync(folder, true);
+  if (done) {
+    folders.keep();
+    return sync(folder, true);
+  }
   return named(done.error(), beside, folder);
 }
 

@@ -13,8 +13,8 @@
 namespace borelli {
 
 /// Calls `write` with a temporary path in the same folder and with the same extension, then renames the file
-/// to `path`. On an error no file remains, and the error names `path`. Creates the folder if missing. Removes
-/// temporary files that killed writers of `path` left.
+/// to `path`. Creates missing folders. On an error neither a file nor a new empty folder remains, and the
+/// error names `path`. Removes temporary files that killed writers of `path` left.
 Result<void> write_whole(const std::filesystem::path& path,
                          const std::function<Result<void>(const std::filesystem::path&)>& write);
 
@@ -22,7 +22,7 @@ Result<void> write_whole(const std::filesystem::path& path,
 Result<void> write_whole(const std::filesystem::path& path, std::string_view bytes);
 
 /// Writes files that belong together. `write` gets an empty folder and puts files of these `names` into it;
-/// then they move to `folder` in that order. If `write` fails, `folder` stays unchanged.
+/// then they move to `folder` in that order. If `write` fails, `folder` stays unchanged, or absent.
 Result<void> write_whole_set(const std::filesystem::path& folder, const std::vector<std::string>& names,
                              const std::function<Result<void>(const std::filesystem::path&)>& write);
 

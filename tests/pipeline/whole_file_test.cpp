@@ -47,6 +47,23 @@ TEST_F(WholeFile, FailedWriteLeavesTheOldFileAndNothingElse) {
   EXPECT_EQ(files(), 1u);
 }
 
+TEST_F(WholeFile, FailedWriteRemovesTheFoldersItCreated) {
+  fs::create_directories(folder);
+  const auto fail = [](const fs::path&) -> Result<void> { return failure("here", "stopped half way"); };
+  EXPECT_FALSE(write_whole(folder / "new" / "deep" / "file.txt", fail));
+  EXPECT_EQ(files(), 0u);
+  EXPECT_FALSE(write_whole_set(folder / "new" / "deep", {"a", "b"}, fail));
+  EXPECT_EQ(files(), 0u);
+  // a folder that was there, or that holds another file, stays
+  EXPECT_FALSE(write_whole(folder / "file.txt", fail));
+  EXPECT_TRUE(fs::exists(folder));
+  EXPECT_FALSE(write_whole(folder / "new" / "file.txt", [&](const fs::path& beside) -> Result<void> {
+    std::ofstream(beside.parent_path() / "another") << "of another writer";
+    return failure("here", "stopped half way");
+  }));
+  EXPECT_TRUE(fs::exists(folder / "new" / "another"));
+}
+
 TEST_F(WholeFile, FullDiskIsNamed) {
   // a folder that is a device file: every write to /dev/full answers "no space left on device"
   if (!fs::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
