@@ -41,9 +41,9 @@ LinkMotion<T> move(const Kind& kind, const Where& placement, bool loose, const L
     X.p = placement.X.p.template cast<T>();
   }
   Vector3<T> angular[Kind::nv + 1], linear[Kind::nv + 1];
-  Vector3<T> angular_bend, linear_bend;  // as seen from the frame behind the step
+  Vector3<T> angular_rate, linear_rate;  // as seen from the frame behind the step
   if constexpr (Bending<Kind>)
-    kind.advance(q, X, angular, linear, angular_bend, linear_bend);
+    kind.advance(q, u, X, angular, linear, angular_rate, linear_rate);
   else
     kind.advance(q, X, angular, linear);
   to.R = X.R;
@@ -70,8 +70,8 @@ LinkMotion<T> move(const Kind& kind, const Where& placement, bool loose, const L
     if (Kind::slides && Kind::rotates) to.vdot = w.cross(v);
   }
   if constexpr (Bending<Kind>) {
-    to.wdot += u[0] * u[0] * angular_bend;
-    to.vdot += u[0] * u[0] * linear_bend;
+    to.wdot += angular_rate;
+    to.vdot += linear_rate;
   }
   if (turns_freely<Kind> && loose) {
     turning = to.wdot;

@@ -57,14 +57,14 @@ InverseDerivativesOf<T>::InverseDerivativesOf(const System& system)
   for (std::size_t s = 0; s < system.steps.size(); ++s)
     if (std::visit([]<class Kind>(const Kind&) { return Bending<Kind>; }, system.parameters.kinds[s])) {
       bending[s] = int(bends.size());
-      bends.emplace_back();
+      bends.resize(bends.size() + std::size_t(system.steps[s].nv * system.steps[s].nv));
     }
   const int height = system.size() + Quad::count;
   motions.setZero(height, 24);
   frames.setZero(height, 18);
   carried.setZero(height, 28);
   factors.setZero(height, 21);
-  bent.setZero(bends.empty() ? 0 : height, 12);
+  bent.setZero(bends.empty() ? 0 : height, 18);
   std::vector<std::vector<Range>> chains(system.bodies.size());
   for (std::size_t b = 1; b < system.bodies.size(); ++b) {
     const Body& body = system.bodies[b];
@@ -106,19 +106,37 @@ struct FrameBefore {
   }
 };
 
-/// What a bending coordinate adds to psi and alpha, and to its frame's motion.
-template <class T>
-void bend_frame(const SwitchStep& step, const KinematicsOf<T>& k, const BendOf<T>& bends, int index,
-                FrameBefore<T>& before, InverseDerivativesOf<T>& out) {
-  const T rate = k.u[step.u], square = rate * rate, acceleration = k.acceleration[step.u];
-  const SpatialMotion<T>&b = bends.bend, &c = bends.rate;
-  const Vector3<T> w = before.w, v = before.v;
-  out.bends[index] = b;
-  keep_row(out.bent, step.u, 0, Vector3<T>(rate * b.w), Vector3<T>(rate * b.v),
-           Vector3<T>(2 * rate * w.cross(b.w) + acceleration * b.w + square * c.w),
-           Vector3<T>(2 * rate * (w.cross(b.v) + v.cross(b.w)) + acceleration * b.v + square * c.v));
-  before.wdot += square * b.w;
-  before.vdot += square * b.v;
+/// Keeps what a bending switch adds to psi, alpha and gamma of its coordinates, at its origin. `before`: the
+/// frame before it, at its origin.
+template <class T, int nv>
+void keep_bends(const SwitchStep& step, const KinematicsOf<T>& k, const BendsOf<T, nv>& bends,
+                const FrameBefore<T>& before, SpatialMotion<T>* rows, InverseDerivativesOf<T>& out) {
+  const auto zero = [] { return SpatialMotion<T>{Vector3<T>::Zero(), Vector3<T>::Zero()}; };
+  const auto add = [](const SpatialMotion<T>& what, const T& factor, SpatialMotion<T>& to) {
+    to.w += factor * what.w;
+    to.v += factor * what.v;
+  };
+  SpatialMotion<T> own = zero();  // v_s
+  for (int i = 0; i < nv; ++i) add({k.angular(step.u + i), k.linear(step.u + i)}, k.u[step.u + i], own);
+  const T one(1), two(2);
+  for (int j = 0; j < nv; ++j) {
+    SpatialMotion<T> p = zero(), rate = zero(), alpha = bends.change[j];
+    for (int i = 0; i < nv; ++i) {
+      rows[i * nv + j] = bends.by[i][j];
+      add(bends.by[i][j], k.u[step.u + i], p);
+      add(bends.by[j][i], k.u[step.u + i], rate);
+      add(bends.by[i][j], k.acceleration[step.u + i], alpha);
+    }
+    add(spatial_cross(SpatialMotion<T>{before.w, before.v}, p), two, alpha);
+    add(spatial_cross(own, p), one, alpha);
+    // find_factors counts p twice in gamma, and of v_s x S_j only the angular part
+    SpatialMotion<T> gamma =
+        spatial_cross(own, SpatialMotion<T>{k.angular(step.u + j), k.linear(step.u + j)});
+    gamma.w.setZero();
+    add(rate, one, gamma);
+    add(p, T(-1), gamma);
+    keep_row(out.bent, step.u + j, 0, p.w, p.v, alpha.w, alpha.v, gamma.w, gamma.v);
+  }
 }
 
 /// Advances a frame by a step, and keeps the frame before it, at the step's origin: w, v, their rates, the
@@ -166,14 +184,13 @@ void keep_frames(const System& system, const Parameters& parameters, const Kinem
       std::visit(
           [&]<class Kind>(const Kind& kind) {
             if constexpr (Bending<Kind>) {
-              const auto bends = find_bends(kind, k.q[step.q], pose_before(system, parameters, k, body, s));
-              FrameBefore<T> at_origin = before;
-              at_origin.move_to(k.origin(step.u));
-              const FrameBefore<T> unbent = at_origin;
-              bend_frame(step, k, bends, out.bending[s], at_origin, out);
+              const auto bends = find_bends(kind, k.q.data() + step.q, k.u.data() + step.u,
+                                            pose_before(system, parameters, k, body, s));
+              before.move_to(k.origin(step.u));
+              keep_bends(step, k, bends, before, &out.bends[std::size_t(out.bending[s])], out);
               keep_frame(step, k, root.X.p, before, out);
-              before.wdot += at_origin.wdot - unbent.wdot;
-              before.vdot += at_origin.vdot - unbent.vdot;
+              before.wdot += bends.sum.w;
+              before.vdot += bends.sum.v;
             }
           },
           parameters.kinds[s]);
@@ -279,7 +296,9 @@ void find_factors(const KinematicsOf<T>& k, int first, InverseDerivativesOf<T>& 
     psi_w += vector(out.bent, 0), psi_v += vector(out.bent, 3);
     alpha_w += vector(out.bent, 6), alpha_v += vector(out.bent, 9);
   }
-  const Vector gamma_w = Pack(2) * psi_w + vector(out.frames, 12).cross(s), gamma_v = Pack(2) * psi_v;
+  Vector gamma_w = Pack(2) * psi_w + vector(out.frames, 12).cross(s), gamma_v = Pack(2) * psi_v;
+  if (!out.bends.empty()) [[unlikely]]
+    gamma_w += vector(out.bent, 12), gamma_v += vector(out.bent, 15);
   keep_motion(s, l, out.twist);
   keep_motion(alpha_w, alpha_v, out.alpha);
   keep_motion(gamma_w, gamma_v, out.gamma);
@@ -393,8 +412,8 @@ void find_all_entries(const System& system, const Parameters& parameters, const 
       out.needed[u] = k.angular(u).dot(n) + k.linear(u).dot(f) + parameters.armatures[s] * k.acceleration[u];
       if (efforts) out.needed[u] -= efforts->coordinate[u];
       if (out.bending[s] < 0) continue;
-      const SpatialMotion<T>& bend = out.bends[out.bending[s]];
-      out.by_state(u, u) += bend.w.dot(n) + bend.v.dot(f);
+      const SpatialMotion<T>* const row = &out.bends[std::size_t(out.bending[s] + (u - step.u) * step.nv)];
+      for (int j = 0; j < step.nv; ++j) out.by_state(u, step.u + j) += row[j].w.dot(n) + row[j].v.dot(f);
     }
   }
 }

@@ -7,15 +7,18 @@
 // before j's switch. x, x*: spatial cross products of motions and forces. A change of q_j rotates and shifts
 // all that j carries by S_j. As seen from there, velocity and acceleration of each carried body change by
 //
-//   psi_j                  psi_j = v_< x S_j + b_j u_j
-//   alpha_j + psi_j x v    alpha_j = a_< x S_j + v_< x psi_j + v_< x b_j u_j + b_j du_j/dt + (db_j/dq) u_j^2
+//   psi_j                  psi_j = v_< x S_j + p_j,  p_j = sum_i b_ij u_i
+//   alpha_j + psi_j x v    alpha_j = a_< x S_j + v_< x psi_j + (v_< + v_s) x p_j + sum_i b_ij du_i/dt
+//                                    + sum_ik c_ikj u_i u_k
 //
-// with b_j the derivative of S_j itself; only the guided switch has one (Bending). By u_j they change by S_j
-// and gamma_j + S_j x v, gamma_j = psi_j + dS_j/dt. So the force f of a composite body that j carries, with
-// the inertia I and the velocity matrix B, changes by S_j x* f + I alpha_j + B psi_j and I gamma_j + B S_j.
-// For tau_i = S_i . f_i that gives
+// with v_s the twist of j's switch, b_ij the change of its S_i by q_j and c_ikj that of b_ik, as seen from the
+// frame behind it; sums over the switch's coordinates. Only some switches have them (Bending). By u_j
+// velocity and acceleration change by S_j and gamma_j + S_j x v, gamma_j = psi_j + dS_j/dt, where dS_j/dt =
+// (v_< + v_s) x S_j + sum_k b_jk u_k. So the force f of a composite body that j carries, with the inertia I
+// and the velocity matrix B, changes by S_j x* f + I alpha_j + B psi_j and I gamma_j + B S_j. For tau_i =
+// S_i . f_i that gives
 //
-//   j at or before i:  dtau_i/dq_j = S_i . (I_i alpha_j + B_i psi_j)  (and b_i . f_i on the diagonal)
+//   j at or before i:  dtau_i/dq_j = S_i . (I_i alpha_j + B_i psi_j)  (and b_ij . f_i within a switch)
 //   j behind i:        dtau_i/dq_j = S_i . (S_j x* f_j + I_j alpha_j + B_j psi_j)
 //   both:              dtau_i/du_j = S_i . (I gamma_j + B S_j),  with I and B of the later one.
 //
@@ -77,12 +80,12 @@ struct InverseDerivativesOf {
     return {{n(0), n(1), n(2)}, {n(3), n(4), n(5)}};
   }
 
-  Table<18> frames;   ///< see keep_frame
-  Table<28> carried;  ///< see keep_composite
-  Table<21> factors;  ///< see find_factors
-  Table<12> bent;     ///< what bends add to psi and alpha, at the coordinate's origin; empty: nothing bends
-  std::vector<SpatialMotion<T>> bends;  ///< per step that bends, b
-  std::vector<int> bending;             ///< per step: its index in `bends`; -1: none
+  Table<18> frames;                     ///< see keep_frame
+  Table<28> carried;                    ///< see keep_composite
+  Table<21> factors;                    ///< see find_factors
+  Table<18> bent;                       ///< see keep_bends; empty: nothing bends
+  std::vector<SpatialMotion<T>> bends;  ///< of steps that bend, the rows b_i0, b_i1, ... of each coordinate i
+  std::vector<int> bending;             ///< per step: the first of them; -1: none
 
   std::vector<MovingComposite<T>> composites;  ///< per body: sum over its children
   std::vector<char> carries;                   ///< per body: `composites` holds a child

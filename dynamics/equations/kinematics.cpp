@@ -69,9 +69,9 @@ void advance(const Kind& kind, const SwitchStep& step, const Placement& placemen
   const Vector3<T> before = to.X.p;
   place(placement, to.X);
   Vector3<T> angular[Kind::nv + 1], linear[Kind::nv + 1];
-  Vector3<T> angular_bend, linear_bend;  // as seen from the frame behind the switch
+  Vector3<T> angular_rate, linear_rate;  // as seen from the frame behind the switch
   if constexpr (Bending<Kind> && moving)
-    kind.advance(k.q.data() + step.q, to.X, angular, linear, angular_bend, linear_bend);
+    kind.advance(k.q.data() + step.q, k.u.data() + step.u, to.X, angular, linear, angular_rate, linear_rate);
   else
     kind.advance(k.q.data() + step.q, to.X, angular, linear);
   for (int i = 0; i < Kind::nv; ++i)
@@ -101,18 +101,18 @@ void advance(const Kind& kind, const SwitchStep& step, const Placement& placemen
       }
       to.v += v;
       to.vdot += convective.cross(v);
-      if constexpr (Bending<Kind>) to.vdot += speed[0] * speed[0] * linear_bend;
+      if constexpr (Bending<Kind>) to.vdot += linear_rate;
     }
   } else {
     for (int i = 0; i < Kind::nv; ++i) k.convective[step.u + i] = convective;
-    if constexpr (Bending<Kind>) k.bends[step.u] = {angular_bend, linear_bend};
+    if constexpr (Bending<Kind>) k.twist_rates[step.u] = {angular_rate, linear_rate};
   }
   if (!Kind::rotates) return;
   to.wdot += to.w.cross(w);
   to.w += w;
   if (rates)
     for (int i = 0; i < Kind::nv; ++i) to.wdot += acceleration[i] * angular[i];
-  if constexpr (Bending<Kind>) to.wdot += speed[0] * speed[0] * angular_bend;
+  if constexpr (Bending<Kind>) to.wdot += angular_rate;
 }
 
 /// First derivatives of the gravity centre over the support, its velocity and acceleration.
@@ -136,8 +136,8 @@ void differentiate(const System& system, const Body& body, const Inertia& inerti
     const Vector3<T> Vu = k.u[u] * V;
     m.v += Vu;
     m.vdot += k.convective[u].cross(Vu) + k.acceleration[u] * V;
-    if (!k.bends.empty()) [[unlikely]]
-      m.vdot += k.u[u] * k.u[u] * k.bends[u].at(m.g - k.origin(u));
+    if (!k.twist_rates.empty()) [[unlikely]]
+      m.vdot += k.twist_rates[u].at(m.g - k.origin(u));
   }
 }
 
@@ -163,7 +163,8 @@ KinematicsOf<T>::KinematicsOf(const System& system, Equations which)
       bodies(system.bodies.size()) {
   if (equations == Equations::recursive) return;
   for (const SwitchKind& kind : system.parameters.kinds)
-    if (std::visit([]<class Kind>(const Kind&) { return Bending<Kind>; }, kind)) bends.resize(system.size());
+    if (std::visit([]<class Kind>(const Kind&) { return Bending<Kind>; }, kind))
+      twist_rates.resize(system.size());
   int size = 0;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     bodies[b].derivatives = size;
@@ -270,29 +271,6 @@ void update_kinematics(const System& system, const Parameters& parameters, const
                  q, v, a, k);
   else
     update_numbers(system, parameters, inertials, t, q, v, a, k);
-}
-
-SecondDerivative second_derivative(const System& system, const Kinematics& kinematics, int k, int i, int j) {
-  const Body& body = system.bodies[k];
-  const int* support = system.branches().support.data() + body.first_support;
-  const int a = support[i], b = support[j];
-  const auto derivative = [&](int c, int n) { return kinematics.row(system, k, c)[n]; };
-  const auto V = [&](int n) { return Vector3d(derivative(0, n), derivative(1, n), derivative(2, n)); };
-  // The coordinate whose switch comes first, or any component of the same ball, rotates the other's motion.
-  const auto step_of = [&](int u) {
-    for (std::size_t s = 0; s < system.steps.size(); ++s)
-      if (u >= system.steps[s].u && u < system.steps[s].u + system.steps[s].nv) return int(s);
-    return -1;
-  };
-  const int first = step_of(a), second = step_of(b);
-  if (a == b && !kinematics.bends.empty()) {
-    const TwistBend<double>& bend = kinematics.bends[a];
-    return {kinematics.angular(a).cross(V(i)) + bend.at(kinematics.bodies[k].g - kinematics.origin(a)),
-            bend.angular};
-  }
-  if (second <= first)
-    return {kinematics.angular(b).cross(V(i)), kinematics.angular(b).cross(kinematics.angular(a))};
-  return {kinematics.angular(a).cross(V(j)), Vector3d::Zero()};
 }
 
 #define BORELLI_KINEMATICS_OVER(T)                                                                           \

@@ -122,10 +122,10 @@ struct BodyMotionOf {
 };
 using BodyMotion = BodyMotionOf<double>;
 
-/// The derivative of a coordinate's unit twist by the coordinate, as seen from the frame behind its switch,
-/// in W (see Bending).
+/// The rate of a switch's twist at constant velocities, as seen from the frame behind the switch, in W (see
+/// Bending).
 template <class T>
-struct TwistBend {
+struct TwistRate {
   Eigen::Vector3<T> angular = Eigen::Vector3<T>::Zero(), linear = Eigen::Vector3<T>::Zero();
 
   /// That of the velocity of a point at `arm` from where the twist acts.
@@ -158,9 +158,9 @@ struct KinematicsOf {
   /// derivatives d2Phi/dq_i dq_j = Omega_min(i,j) x V_max(i,j), contracted with the velocities, are then the
   /// sum over i of convective[i] x V_i u_i.
   std::vector<Eigen::Vector3<T>> convective;
-  /// Per coordinate, what its varying unit twist adds to that: bends[i] u_i^2. Empty if no switch bends, and
-  /// for the recursive equations.
-  std::vector<TwistBend<T>> bends;
+  /// What varying unit twists add to that, at the first coordinate of their switch; else zero. Empty if no
+  /// switch bends, and for the recursive equations.
+  std::vector<TwistRate<T>> twist_rates;
 
   std::vector<BodyMotionOf<T>> bodies;
   std::vector<Eigen::Vector3<T>> spins;  ///< see find_spins(); empty after every update
@@ -192,13 +192,5 @@ inline void update_kinematics(const System& system, const Parameters& parameters
                               const double* v, Kinematics& kinematics) {
   update_kinematics<double>(system, parameters, parameters.inertials, t, q, v, nullptr, kinematics);
 }
-
-/// Second derivatives of body k's pose by the i-th and j-th coordinates of its support: d V_ki / dq_j of the
-/// gravity centre, and d Omega_ki / dq_j. For a ball, whose velocities are not rates of coordinates: the
-/// derivative along the j-th unit velocity.
-struct SecondDerivative {
-  Eigen::Vector3d v, w;
-};
-SecondDerivative second_derivative(const System& system, const Kinematics& kinematics, int k, int i, int j);
 
 }  // namespace borelli

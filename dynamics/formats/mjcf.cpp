@@ -166,7 +166,7 @@ class MjcfReader {
     double out = 0;
     for (const Solid& solid : model_.scene.solids)
       for (const Switch& one : solid.switches)
-        if (!one.coordinate.empty()) out += std::holds_alternative<Ball>(one.kind) ? 3 : 1;
+        out += std::visit([](const auto& kind) { return kind.nv; }, one.kind);
     return out;
   }
 

@@ -121,7 +121,7 @@ class OsimConstraintReader {
     if (!function) holder.refuse("holds no function");
     const double scale = e.child("scale_factor") ? value(e, "scale_factor") : 1;
     if (of.size() > 1) return coupling(on, of, *function, scale);
-    const TimeFunction f = scaled_function(read_osim_function(*function), scale);
+    const TimeFunction f = scaled(read_osim_function(*function), scale);
     if (on == of[0]) e.refuse("couples a coordinate to itself");
     Switch& one = *switches_.at(on);
     if (!std::holds_alternative<Free>(one.motion)) return CoordinateFunction{{on}, {of[0]}, f};

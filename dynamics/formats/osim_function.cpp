@@ -101,7 +101,7 @@ TimeFunction read_osim_function(const XmlElement& function) {
   } else if (kind == "MultiplierFunction") {
     const XmlElement* inner = osim_function_in(function);
     if (!inner) function.refuse("has no function to multiply");
-    out = scaled_function(read_osim_function(*inner), osim_number(function, "scale", 1));
+    out = scaled(read_osim_function(*inner), osim_number(function, "scale", 1));
   } else {
     function.refuse(
         "is a function that is not known; expected Constant, LinearFunction, PolynomialFunction, Sine, "
@@ -109,19 +109,6 @@ TimeFunction read_osim_function(const XmlElement& function) {
   }
   if (const std::string bad = complaint_of(out); !bad.empty()) function.refuse(bad);
   return out;
-}
-
-TimeFunction scaled_function(TimeFunction function, double factor) {
-  if (auto* polynomial = std::get_if<Polynomial>(&function)) {
-    for (double& c : polynomial->coefficients) c *= factor;
-  } else if (auto* sine = std::get_if<Sine>(&function)) {
-    sine->amplitude *= factor;
-    sine->offset *= factor;
-  } else if (auto* table = std::get_if<Table>(&function)) {
-    for (double& value : table->values) value *= factor;
-    table->prepare();
-  }
-  return function;
 }
 
 bool is_line(const TimeFunction& function) {

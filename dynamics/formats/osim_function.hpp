@@ -15,9 +15,6 @@ const XmlElement* osim_function_in(const XmlElement& holder);
 /// (RegisterTypes_osimCommon.cpp). Throws XmlRefusal; other functions are refused by name.
 TimeFunction read_osim_function(const XmlElement& function);
 
-/// `factor` times a function.
-TimeFunction scaled_function(TimeFunction function, double factor);
-
 /// Whether a function is c0 + c1 x.
 bool is_line(const TimeFunction& function);
 /// Whether a function is the same everywhere.

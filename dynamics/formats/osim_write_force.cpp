@@ -129,7 +129,7 @@ class OsimForceWriter {
     const Vector3d v = in_solid ? given : names_.in_ground(given);
     XmlNode& functions = function_set(node, what + "Functions");
     for (int i = 0; i < 3; ++i)
-      write_osim_function(functions, scaled_function(factor, v[i]), fmt::format("{}_{}", what, "xyz"[i]));
+      write_osim_function(functions, scaled(factor, v[i]), fmt::format("{}_{}", what, "xyz"[i]));
     if (what != "force") return;
     XmlNode& point = function_set(node, "pointFunctions");
     for (int i = 0; i < 3; ++i)

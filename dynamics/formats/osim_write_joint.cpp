@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "dynamics/formats/osim_write_function.hpp"
+#include "dynamics/system/switch_check.hpp"
 
 namespace borelli {
 namespace {
@@ -73,6 +74,11 @@ class OsimChainWriter {
       X_ = X_ * fixed->X_AB;
     } else if (std::holds_alternative<Ball>(one.kind)) {
       add_ball(one, name);
+    } else if (has_other_kind(one)) {
+      const auto checked = check_switch(one, scene_.where(solid_));
+      if (!checked) return tl::unexpected(checked.error());
+      lost_.add(fmt::format("{} switches are fixed at their start", checked->kind_name), name);
+      move_through(checked->kind, checked->q.data(), X_);
     } else {
       const std::vector<GuidedPart> parts = parts_of(one);
       for (const GuidedPart& part : parts)
@@ -94,6 +100,12 @@ class OsimChainWriter {
         if (coordinate_name(solid, i) == coupled->to)
           return at(coupled->function, start_of(solid.switches[i], depth + 1)).value;
     return 0;
+  }
+
+  // Whether no CustomJoint holds a switch.
+  static bool has_other_kind(const Switch& one) {
+    return std::visit([](const auto& kind) { return kind.nv > 1; }, one.kind) &&
+           !std::holds_alternative<Ball>(one.kind);
   }
 
   static std::vector<GuidedPart> parts_of(const Switch& one) {

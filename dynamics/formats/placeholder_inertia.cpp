@@ -31,12 +31,7 @@ bool possible(const Inertial& inertial) {
 Result<void> move_on(const Switch& one, const std::string& where, Pose& X) {
   const auto checked = check_switch(one, where);
   if (!checked) return tl::unexpected(checked.error());
-  std::visit(
-      [&]<class Kind>(const Kind& kind) {
-        std::array<Eigen::Vector3d, std::max(Kind::nv, 1)> angular, linear;
-        kind.advance(checked->q.data(), X, angular.data(), linear.data());
-      },
-      checked->kind);
+  move_through(checked->kind, checked->q.data(), X);
   return {};
 }
 

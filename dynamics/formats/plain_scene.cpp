@@ -16,15 +16,10 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// The displacement by a switch of any kind at a position.
+// The displacement by a switch at a position.
 Pose displacement(const SwitchKind& kind, const std::vector<double>& q) {
   Pose X;
-  std::visit(
-      [&]<class Kind>(const Kind& k) {
-        std::array<Vector3d, std::max(Kind::nv, 1)> angular, linear;
-        k.advance(q.data(), X, angular.data(), linear.data());
-      },
-      kind);
+  move_through(kind, q.data(), X);
   return X;
 }
 
@@ -127,12 +122,9 @@ class PlainMaker {
       lost_.add("locked coordinates are fixed, not joints", name);
       return checked.q;
     }
-    if (std::holds_alternative<Screw>(one.kind)) {
-      lost_.add("screws are fixed at their start", name);
-      return checked.q;
-    }
-    if (std::holds_alternative<Guided>(one.kind)) {
-      lost_.add("guided motions are fixed at their start", name);
+    if (!std::holds_alternative<Rotation>(one.kind) && !std::holds_alternative<Translation>(one.kind) &&
+        !std::holds_alternative<Ball>(one.kind)) {
+      lost_.add(fmt::format("{} switches are fixed at their start", checked.kind_name), name);
       return checked.q;
     }
     const auto* coupled = std::get_if<Coupled>(&original.motion);

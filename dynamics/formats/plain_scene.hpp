@@ -65,9 +65,9 @@ std::string free_joint_name(const PlainSolid& solid);
 /// Says where the coordinates of a free joint get other names than they have: NAME.x, .y, .z and .turn.
 void list_renamed(const PlainSolid& solid, const std::string& free_joint, Omissions& lost);
 
-/// Reduces a scene. Locked and driven coordinates, screws and guided motions become fixed at their start, and
-/// so do coordinates coupled by other functions than polynomials of `coupling_degree`; each is named in
-/// `lost`. Errors: those of compile().
+/// Reduces a scene. Locked and driven coordinates and all switches but rotations, translations and balls
+/// become fixed at their start. So do coordinates coupled by other functions than polynomials of
+/// `coupling_degree`. Each is named in `lost`. Errors: those of compile().
 Result<std::unique_ptr<PlainScene>> plain_scene(const Scene& scene, int coupling_degree, Omissions& lost);
 
 }  // namespace borelli

@@ -11,7 +11,7 @@
 namespace borelli {
 namespace {
 
-// Fills the fields of a switch: the axis under the key of the kind, the others under their names.
+// Fills the fields of a switch: a direction under the key of the kind, the others under their names.
 struct SwitchReader {
   TomlTable& table;
   const toml::node& node;
@@ -49,10 +49,11 @@ void read_switch_kind(TomlTable& table, const toml::node& node, T& kind) {
     kind.X_AB.R = read_turn(table).as_matrix();
   } else if constexpr (std::is_same_v<T, Guided>) {
     read_guided(table, node, kind);
-  } else if constexpr (requires { kind.axis; }) {
-    T::fields(kind, SwitchReader{table, node, T::kind});
   } else {
-    if (!table.boolean(node, T::kind)) table.refuse(node, fmt::format("{} is false, expected true", T::kind));
+    if constexpr (!requires { kind.axis; })
+      if (!table.boolean(node, T::kind))
+        table.refuse(node, fmt::format("{} is false, expected true", T::kind));
+    T::fields(kind, SwitchReader{table, node, T::kind});
   }
 }
 

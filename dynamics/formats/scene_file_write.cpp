@@ -262,10 +262,9 @@ std::string switch_of(const Switch& s) {
           add_turn(out, kind.X_AB.R);
         } else if constexpr (std::is_same_v<T, Guided>) {
           out.emplace_back(T::kind, parts_of(kind));
-        } else if constexpr (requires { kind.axis; }) {
-          T::fields(kind, SwitchWriter{out, T::kind});
         } else {
-          out.emplace_back(T::kind, "true");
+          if constexpr (!requires { kind.axis; }) out.emplace_back(T::kind, "true");
+          T::fields(kind, SwitchWriter{out, T::kind});
         }
       },
       s.kind);

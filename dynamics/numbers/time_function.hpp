@@ -24,6 +24,10 @@ struct Polynomial {
   static constexpr std::string_view kind = "polynomial";
   std::vector<double> coefficients;
 
+  void scale(double factor) {
+    for (double& c : coefficients) c *= factor;
+  }
+
   template <class T>
   TimeValueOf<T> operator()(const T& t) const {
     TimeValueOf<T> f;
@@ -46,6 +50,11 @@ struct Polynomial {
 struct Sine {
   static constexpr std::string_view kind = "sine";
   double amplitude = 1, angular_frequency = 1, phase = 0, offset = 0;
+
+  void scale(double factor) {
+    amplitude *= factor;
+    offset *= factor;
+  }
 
   template <class T>
   TimeValueOf<T> operator()(const T& t) const {
@@ -83,6 +92,10 @@ struct Table {
     spline_ = CubicSpline::complaint(times, values, ends).empty() ? CubicSpline(times, values, ends)
                                                                   : CubicSpline();
   }
+  void scale(double factor) {
+    for (double& value : values) value *= factor;
+    prepare();
+  }
   std::string complaint() const {
     const std::string bad = CubicSpline::complaint(times, values, ends);
     if (!bad.empty()) return "its table: " + bad;
@@ -112,6 +125,12 @@ using TimeFunction = std::variant<Polynomial, Sine, Table>;
 
 inline TimeFunction constant(double value) { return Polynomial{{value}}; }
 inline TimeFunction linear(double value, double rate) { return Polynomial{{value, rate}}; }
+
+/// `factor` times a function.
+inline TimeFunction scaled(TimeFunction function, double factor) {
+  std::visit([=](auto& f) { f.scale(factor); }, function);
+  return function;
+}
 
 inline TimeValue at(const TimeFunction& f, double t) {
   return std::visit([t](const auto& function) { return function(t); }, f);

@@ -4,9 +4,9 @@
 // To add a kind, write a file like switch_rotation.hpp and list its name below. The kind gives its name in
 // files (`kind`), the numbers of its positions and velocities (`nq`, `nv`), its fields, and `advance`, which
 // moves a frame and gives the unit twists. `rotates` and `slides` say whether its unit twists have an angular
-// and a linear part. A kind whose unit twist changes with q in both its frames also gives that change
-// (Bending, switch_guided.hpp). (A kind whose three unit twists are rotations about its own axes may declare
-// `turns_freely`: its accelerations are then cheaper.)
+// and a linear part. A kind whose unit twists change with q in both its frames also gives their rate
+// (Bending). A kind with lengths has `scale_lengths`. (A kind whose three unit twists are rotations about its
+// own axes may declare `turns_freely`: its accelerations are then cheaper.)
 #pragma once
 
 #include <string>
@@ -16,6 +16,7 @@
 #include "dynamics/numbers/rotation_vector.hpp"
 #include "dynamics/numbers/time_function.hpp"
 #include "dynamics/scene/switch_ball.hpp"
+#include "dynamics/scene/switch_ellipsoid.hpp"
 #include "dynamics/scene/switch_fixed.hpp"
 #include "dynamics/scene/switch_guided.hpp"
 #include "dynamics/scene/switch_rotation.hpp"
@@ -24,7 +25,27 @@
 
 namespace borelli {
 
-using SwitchKind = std::variant<Fixed, Translation, Rotation, Screw, Ball, Guided>;
+using SwitchKind = std::variant<Fixed, Translation, Rotation, Screw, Ball, Guided, OnEllipsoid>;
+
+/// Kinds whose unit twists S_i vary with the position in both frames: their second `advance` also gets
+/// velocities v and gives the rate of the twist sum S_i v_i at constant v, as seen from the frame B behind the
+/// switch (angular and linear part, in W). (The twists of all other kinds are constant in B, or like a
+/// translation's without rotation.)
+template <class Kind>
+concept Bending = requires(const Kind& kind, double* q, Pose& X, Eigen::Vector3d* twists,
+                           Eigen::Vector3d& rate) {
+  kind.advance(q, q, X, twists, twists, rate, rate);
+};
+
+/// Moves the frame X through a switch at position q (nq numbers).
+inline void move_through(const SwitchKind& kind, const double* q, Pose& X) {
+  std::visit(
+      [&]<class Kind>(const Kind& k) {
+        Eigen::Vector3d angular[Kind::nv + 1], linear[Kind::nv + 1];
+        k.advance(q, X, angular, linear);
+      },
+      kind);
+}
 
 /// The coordinate is an unknown of the equations of motion.
 struct Free {};

@@ -20,6 +20,8 @@ struct Fixed {
     visit("pose", self.X_AB);
   }
 
+  void scale_lengths(double s) { X_AB.p *= s; }
+
   template <class T>
   void advance(const T*, PoseOf<T>& X, Eigen::Vector3<T>*, Eigen::Vector3<T>*) const {
     X = X * X_AB;

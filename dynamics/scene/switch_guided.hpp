@@ -54,6 +54,11 @@ struct Guided {
     visit("parts", self.parts);
   }
 
+  void scale_lengths(double s) {
+    for (GuidedPart& part : parts)
+      if (part.kind == GuidedPart::Kind::translation) part.by = scaled(part.by, s);
+  }
+
   std::string complaint() const {
     if (parts.empty()) return "has no parts; give it a rotation or a translation";
     for (const GuidedPart& part : parts)
@@ -64,17 +69,18 @@ struct Guided {
   /// Moves the frame X from X_WA to X_WB. Gives the unit twist of the coordinate in W, at the origin of B.
   template <class T>
   void advance(const T* q, PoseOf<T>& X, Eigen::Vector3<T>* angular, Eigen::Vector3<T>* linear) const {
-    Eigen::Vector3<T> angular_bend, linear_bend;
-    advance(q, X, angular, linear, angular_bend, linear_bend);
+    const T unit(1);
+    Eigen::Vector3<T> angular_rate, linear_rate;
+    advance(q, &unit, X, angular, linear, angular_rate, linear_rate);
   }
 
-  /// Also gives the derivative of the unit twist by q, as seen from B, in W.
+  /// Also gives the rate of the twist at constant v, as seen from B, in W (Bending).
   ///
   /// The frames between the parts move like a chain at dq/dt = 1: angular velocity w, velocity v of the
   /// origin, and their rates as seen from A. A vector's rate seen from B is that seen from A, less w x it.
   template <class T>
-  void advance(const T* q, PoseOf<T>& X, Eigen::Vector3<T>* angular, Eigen::Vector3<T>* linear,
-               Eigen::Vector3<T>& angular_bend, Eigen::Vector3<T>& linear_bend) const {
+  void advance(const T* q, const T* u, PoseOf<T>& X, Eigen::Vector3<T>* angular, Eigen::Vector3<T>* linear,
+               Eigen::Vector3<T>& angular_rate, Eigen::Vector3<T>& linear_rate) const {
     Eigen::Vector3<T> w = Eigen::Vector3<T>::Zero(), v = w, w_rate = w, v_rate = w;
     for (const GuidedPart& part : parts) {
       const TimeValueOf<T> f = guided_value(part.by, q[0]);
@@ -92,17 +98,10 @@ struct Guided {
     }
     angular[0] = w;
     linear[0] = v;
-    angular_bend = w_rate;
-    linear_bend = v_rate - w.cross(v);
+    const T square = u[0] * u[0];
+    angular_rate = square * w_rate;
+    linear_rate = square * (v_rate - w.cross(v));
   }
-};
-
-/// Kinds with one coordinate whose unit twist varies with it in both frames: their second `advance` gives the
-/// derivative too. (The twists of all other kinds are constant in the frame behind the switch, or like a
-/// translation's without rotation.)
-template <class Kind>
-concept Bending = requires(const Kind& kind, double* q, Pose& X, Eigen::Vector3d* v, Eigen::Vector3d& bend) {
-  kind.advance(q, X, v, v, bend, bend);
 };
 
 }  // namespace borelli

@@ -26,6 +26,8 @@ struct ScrewOf {
     visit("pitch", self.pitch);
   }
 
+  void scale_lengths(double s) { pitch *= s; }
+
   /// Moves the frame X from X_WA to X_WB. Gives the unit twist of the coordinate in W, at the origin of B.
   template <class T>
   void advance(const T* q, PoseOf<T>& X, Eigen::Vector3<T>* angular, Eigen::Vector3<T>* linear) const {

@@ -82,16 +82,6 @@ class Compiler {
 
   // ---- switches ----
 
-  /// Moves the frame X through a switch that stays at q.
-  static void move_on(const SwitchKind& kind, const std::vector<double>& q, Pose& X) {
-    std::visit(
-        [&]<class Kind>(const Kind& k) {
-          std::array<Eigen::Vector3d, std::max(Kind::nv, 1)> angular, linear;
-          k.advance(q.data(), X, angular.data(), linear.data());
-        },
-        kind);
-  }
-
   /// Adds a moving switch as a step behind the placement X, and resets X. A switch that does not move is
   /// merged into X.
   Result<void> add_switch(const Solid& solid, const Switch& one, const std::string& name, Pose& X) {
@@ -101,7 +91,7 @@ class Compiler {
     if (!checked) return tl::unexpected(checked.error());
     const auto& [kind, kind_name, nq, nv, rotates, slides, q, v] = *checked;
     if (nv == 0) {
-      move_on(kind, q, X);
+      move_through(kind, q.data(), X);
       return {};
     }
     KnownCoordinate known{
@@ -113,7 +103,7 @@ class Compiler {
       return bad_use(where, fmt::format("solid '{}' has a coordinate of this name too; names must differ",
                                         first->second.solid));
     if (locked) {
-      move_on(kind, q, X);
+      move_through(kind, q.data(), X);
       return {};
     }
     SwitchStep step{.nq = nq, .nv = nv, .rotates = rotates, .slides = slides};

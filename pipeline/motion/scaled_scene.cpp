@@ -26,25 +26,6 @@ Form scaled_form(Form form, double s) {
   return form;
 }
 
-/// s f
-TimeFunction scaled_function(TimeFunction function, double s) {
-  std::visit(
-      [&]<class F>(F& f) {
-        if constexpr (requires { f.coefficients; })
-          for (double& c : f.coefficients) c *= s;
-        if constexpr (requires { f.amplitude; }) {
-          f.amplitude *= s;
-          f.offset *= s;
-        }
-        if constexpr (requires { f.values; }) {
-          for (double& value : f.values) value *= s;
-          f.prepare();
-        }
-      },
-      function);
-  return function;
-}
-
 bool moves(const Switch& one) { return !std::holds_alternative<Fixed>(one.kind); }
 
 /// Up to its last moving switch a joint belongs to the parent, behind it to the solid.
@@ -54,12 +35,11 @@ void scale_joint(Solid& solid, double parent, double own) {
     if (moves(solid.switches[i])) behind = i + 1;
   for (std::size_t i = 0; i < solid.switches.size(); ++i) {
     const double s = i < behind || behind == 0 ? parent : own;
-    SwitchKind& kind = solid.switches[i].kind;
-    if (auto* fixed = std::get_if<Fixed>(&kind)) fixed->X_AB.p *= s;
-    if (auto* screw = std::get_if<Screw>(&kind)) screw->pitch *= s;
-    if (auto* guided = std::get_if<Guided>(&kind))
-      for (GuidedPart& part : guided->parts)
-        if (part.kind == GuidedPart::Kind::translation) part.by = scaled_function(part.by, s);
+    std::visit(
+        [s](auto& kind) {
+          if constexpr (requires { kind.scale_lengths(s); }) kind.scale_lengths(s);
+        },
+        solid.switches[i].kind);
   }
 }
 

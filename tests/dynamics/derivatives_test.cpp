@@ -276,7 +276,7 @@ TEST(Derivatives, EqualDualNumbersInRandomScenes) {
   EXPECT_GT(compared, 30);
 }
 
-/// Trees of screws, guided switches, hinges, slides and balls, some driven; far from the origin if asked.
+/// Trees of every switch, some driven; far from the origin if asked.
 Scene tree_of_every_switch(unsigned seed, double far) {
   Random random(seed);
   Scene scene;
@@ -293,12 +293,16 @@ Scene tree_of_every_switch(unsigned seed, double far) {
     std::vector<Switch> switches{fixed(place, rotation_matrix(random.turn()))};
     for (int j = 0; j < 2; ++j) {
       Switch one = hinge(fmt::format("c{}{}", i, j), random.direction());
-      const int kind = (2 * i + j + int(seed)) % 5;
+      const int kind = (2 * i + j + int(seed)) % 6;
       if (kind == 0) one.kind = Screw{random.direction(), 0.2};
       if (kind == 1) one.kind = guide();
       if (kind == 2) one = slide(one.coordinate, random.direction());
       if (kind == 3 && j == 1) one = ball(one.coordinate);
-      if ((i == 2 || i == 5) && j == 1 && kind != 3) one = driven(one, Sine{0.3, 1.1, 0.2, 0.1});
+      if (kind == 5) {
+        one = ball(one.coordinate);
+        one.kind = OnEllipsoid{Vector3d(0.4, 0.7, 0.5)};
+      }
+      if ((i == 2 || i == 5) && j == 1 && kind != 3 && kind != 5) one = driven(one, Sine{0.3, 1.1, 0.2, 0.1});
       switches.push_back(one);
     }
     scene.solids.push_back(solid(fmt::format("s{}", i),

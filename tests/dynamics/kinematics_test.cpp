@@ -6,6 +6,7 @@
 
 #include "dynamics/constraints/local_coordinates.hpp"
 #include "scenes.hpp"
+#include "second_derivative.hpp"
 
 namespace borelli::test {
 namespace {

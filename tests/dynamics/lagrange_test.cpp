@@ -5,6 +5,7 @@
 #include "dynamics/equations/equations.hpp"
 #include "dynamics/equations/evaluate.hpp"
 #include "scenes.hpp"
+#include "second_derivative.hpp"
 
 namespace borelli::test {
 namespace {

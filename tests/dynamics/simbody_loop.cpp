@@ -28,12 +28,17 @@ SimbodyLoop::~SimbodyLoop() = default;
 
 // A pin turns about the z of its frames: they are turned so that this is the axis.
 void SimbodyLoop::add(const std::string& name, const std::string& parent, const Eigen::Vector3d& p,
-                      const Eigen::Vector3d& axis, const Link& link) {
+                      const Eigen::Vector3d& axis, const Link& link, const Eigen::Vector3d& radii) {
   const SimTK::Inertia about_origin = SimTK::Inertia(link.moments[0], link.moments[1], link.moments[2])
                                           .shiftFromMassCenter(vec(link.centre), link.mass);
   const SimTK::Body::Rigid body(SimTK::MassProperties(link.mass, vec(link.centre), about_origin));
   SimTK::MobilizedBody& base = parent == "world" ? parts_->matter.updGround()
                                                  : static_cast<SimTK::MobilizedBody&>(parts_->bodies[parent]);
+  if (!radii.isZero()) {
+    parts_->bodies[name] =
+        SimTK::MobilizedBody::Ellipsoid(base, SimTK::Transform(vec(p)), body, SimTK::Transform(), vec(radii));
+    return;
+  }
   if (axis.isZero()) {
     parts_->bodies[name] =
         SimTK::MobilizedBody::Ball(base, SimTK::Transform(vec(p)), body, SimTK::Transform());

@@ -18,9 +18,10 @@ class SimbodyLoop {
     double mass;
     Eigen::Vector3d centre, moments;  ///< in its axes, the moments about the centre
   };
-  /// A link on a parent ("world") at p of it: by a hinge about an axis, or by a ball where that is zero.
+  /// A link on a parent ("world") at p of it: by a hinge about an axis; by a ball where that is zero; over
+  /// an ellipsoid where `radii` are not.
   void add(const std::string& name, const std::string& parent, const Eigen::Vector3d& p,
-           const Eigen::Vector3d& axis, const Link& link);
+           const Eigen::Vector3d& axis, const Link& link, const Eigen::Vector3d& radii);
   /// The last thing added: p_a of one link is p_b of another.
   void close(const std::string& a, const Eigen::Vector3d& p_a, const std::string& b,
              const Eigen::Vector3d& p_b);

@@ -17,11 +17,12 @@ namespace {
 class Loop {
  public:
   void add(const std::string& name, const std::string& parent, const Vector3d& p, const Vector3d& axis,
-           double length) {
+           double length, const Vector3d& radii = Vector3d::Zero()) {
     const SimbodyLoop::Link link{length, {0.02 * length, 0, -0.5 * length}, {0.09, 0.08, 0.01}};
-    theirs_.add(name, parent, p, axis, link);
+    theirs_.add(name, parent, p, axis, link, radii);
     scene.solids.push_back(solid(name, parent, {fixed(p), axis.isZero() ? ball(name) : hinge(name, axis)},
                                  {inertial(link.mass, link.centre, link.moments)}));
+    if (!radii.isZero()) scene.solids.back().switches[1].kind = OnEllipsoid{radii};
   }
   void close(const std::string& a, const Vector3d& p_a, const std::string& b, const Vector3d& p_b) {
     theirs_.close(a, p_a, b, p_b);
@@ -87,6 +88,20 @@ TEST(Simbody, AgreesOnASpatialFourBar) {
   loop.start = {{"crank", 0.5}, {"rocker", 0.2}};
   loop.close("coupler", {0, 0, -1.2}, "rocker", {0, 0, -0.9});
   loop.scene.solids[1].switches[1].q = {std::cos(0.8), 0, -std::sin(0.8), 0};
+  loop.expect_agreement(Equations::recursive);
+  loop.expect_agreement(Equations::lagrange);
+}
+
+// A blade glides over an ellipsoid, an arm hangs from it by a ball, and its end is that of a rod.
+TEST(Simbody, AgreesOverAnEllipsoid) {
+  Loop loop;
+  loop.add("blade", "world", {0, 0, 0}, Vector3d::Zero(), 0.5, {0.3, 0.2, 0.4});
+  loop.add("arm", "blade", {0.1, 0, 0}, Vector3d::Zero(), 0.9);
+  loop.add("rod", "world", {1, 0.1, 0}, Vector3d(1, 2, 0.5).normalized(), 0.9);
+  loop.start = {{"rod", 0.2}};
+  loop.close("arm", {0, 0, -0.9}, "rod", {0, 0, -0.9});
+  loop.scene.solids[0].switches[1].q = {std::cos(0.4), std::sin(0.4), 0, 0};
+  loop.scene.solids[1].switches[1].q = {std::cos(0.5), 0, -std::sin(0.5), 0};
   loop.expect_agreement(Equations::recursive);
   loop.expect_agreement(Equations::lagrange);
 }

@@ -68,7 +68,8 @@ TEST(Guided, TwistAndItsChangeAreTheDifferencesOfPoses) {
     Vector3d w[3], v[3], w_bend, v_bend;
     for (int i = 0; i < 3; ++i) {
       const double at = q + (i - 1) * h;
-      knee.advance(&at, X[i], &w[i], &v[i], w_bend, v_bend);
+      const double unit = 1;
+      knee.advance(&at, &unit, X[i], &w[i], &v[i], w_bend, v_bend);
       if (i != 1) continue;
       const Vector3d bends[] = {w_bend, v_bend};
       Pose short_X;

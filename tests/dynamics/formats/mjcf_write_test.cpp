@@ -192,16 +192,17 @@ TEST(MjcfWrite, NamesCoordinatesThatItFixes) {
       Switch one = hinge("lost", Vector3d::UnitX());
       one.kind = std::move(kind);
       one.motion = std::move(motion);
-      if (!std::holds_alternative<Free>(one.motion)) one.q.clear(), one.v.clear();
+      one.q.clear(), one.v.clear();
       scene.solids[1].switches.push_back(one);
     });
   };
   expect_named(with(Rotation{}, Driven{{linear(0.3, 1)}}), "driven", "lost");
   expect_named(with(Rotation{}, Locked{}), "locked", "lost");
-  expect_named(with(Screw{Vector3d::UnitX(), 0.1}, Free{}), "screws", "lost");
+  expect_named(with(Screw{Vector3d::UnitX(), 0.1}, Free{}), "screw", "lost");
   Guided guided;
   guided.parts.push_back({GuidedPart::Kind::rotation, Vector3d::UnitX(), linear(0, 1)});
   expect_named(with(guided, Free{}), "guided", "lost");
+  expect_named(with(OnEllipsoid{{0.3, 0.2, 0.4}}, Free{}), "ellipsoid", "lost");
   expect_named(with(Rotation{Vector3d::UnitX()}, Coupled{"h0", Sine{}}), "coupled by other functions",
                "lost");
   expect_named(with(Rotation{Vector3d::UnitX()}, Coupled{"h0", Polynomial{{0, 1, 2}}}), "soft", "lost");

@@ -365,6 +365,8 @@ TEST(OsimWrite, WhatIsLostIsNamed) {
       "p", "world",
       {driven(hinge("wave", Vector3d::UnitX()), Table{{0, 1, 2, 3}, {0, 1, -1, 0}, SplineEnds::periodic})},
       {link()}));
+  scene.solids.push_back(solid("blade", "world", {ball("glide")}, {link()}));
+  scene.solids.back().switches[0].kind = OnEllipsoid{{0.3, 0.2, 0.4}};
   scene.solids[0].shapes = {{{ClosedMesh{}}, {}, {}}};
   scene.efforts = {{"torsion", TorsionSpring{{"s"}, {"base"}, 1, 0}},
                    {"air", Drag{{"s"}, 1, 0}},
@@ -380,14 +382,14 @@ TEST(OsimWrite, WhatIsLostIsNamed) {
   scene.simulation.end_time = 12;
   const WrittenModel written = need(write_osim(scene));
   for (const char* name : {"turn", "spun", "wave", "torsion", "air", "stop of the ball", "follower", "own",
-                           "rope", "floor", "stop", "growing", "wall", "base"})
+                           "rope", "floor", "stop", "growing", "wall", "base", "glide"})
     EXPECT_TRUE(std::any_of(written.omissions.begin(), written.omissions.end(), [&](const std::string& line) {
       const auto list = line.find(": ");
       return list != line.npos && (line.substr(list) + ",").find(std::string(" ") + name + ",") != line.npos;
     })) << name;
-  for (const char* reason :
-       {"ranges of balls", "armatures", "driven balls", "periodic spline", "torsion_spring", "drag",
-        "compliant", "length changes with time", "point_on_plane", "triangles", "the run's method"})
+  for (const char* reason : {"ellipsoid switches", "ranges of balls", "armatures", "driven balls",
+                             "periodic spline", "torsion_spring", "drag", "compliant",
+                             "length changes with time", "point_on_plane", "triangles", "the run's method"})
     EXPECT_TRUE(any_holds(written.omissions, reason)) << reason;
   // a guided motion by such a spline has no start to be locked at
   const auto refused = write_osim(carried({guided(
