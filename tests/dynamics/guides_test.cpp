@@ -263,9 +263,10 @@ TEST(ShortForms, RefuseInvalidValues) {
   EXPECT_EQ(complaint("{planar = \"z\", value = [1, 2]}"),
             "s.toml:3: solid 'a', switch 1 of its joint: value is a list of 2, expected a list of 3 numbers");
   EXPECT_NE(complaint("{planar = \"z\", locked = true}").find("unknown key 'locked'"), std::string::npos);
-  EXPECT_NE(complaint("{spherical = true}")
-                .find("expected one of fixed, translation, rotation, screw, ball, guided, ellipsoid, universal"),
-            std::string::npos);
+  EXPECT_NE(
+      complaint("{spherical = true}")
+          .find("expected one of fixed, translation, rotation, screw, ball, guided, ellipsoid, universal"),
+      std::string::npos);
 }
 
 }  // namespace
