@@ -24,6 +24,7 @@
 #include "samples/phantom_voxels.hpp"
 #include "segmentation/files/landmarks_file.hpp"
 #include "segmentation/files/read.hpp"
+#include "segmentation/files/volume_formats.hpp"
 #include "segmentation/files/write.hpp"
 
 namespace borelli {
@@ -101,11 +102,10 @@ std::string angles_for_help() {
 
 // NAME and .nii.gz of a path like folder/NAME.nii.gz
 Result<std::pair<fs::path, std::string>> split(const std::string& path) {
-  for (const char* ending : {".nii.gz", ".nii", ".nrrd", ".mha"})
-    if (path.ends_with(ending) && path.size() > std::string_view(ending).size())
-      return std::pair{fs::path(path.substr(0, path.size() - std::string_view(ending).size())),
-                       std::string(ending)};
-  return bad_use(path, "is not a .nii.gz, .nii, .nrrd or .mha file; the phantom is written as one of these");
+  const NamedFormat named = format_of(path, &VolumeFormat::written);
+  if (!named.format)
+    return bad_use(path, "names no volume; end it in " + endings_in_words(&VolumeFormat::written));
+  return std::pair{fs::path(path.substr(0, path.size() - named.ending.size())), std::string(named.ending)};
 }
 
 InertiaTable exact_table(const Phantom& phantom, const PhantomAsked& asked) {

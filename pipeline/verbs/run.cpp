@@ -21,6 +21,7 @@
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/verbs/video_options.hpp"
 #include "segmentation/files/class_mapping.hpp"
+#include "segmentation/files/volume_formats.hpp"
 #include "segmentation/labelling/segment.hpp"
 
 namespace borelli {
@@ -56,9 +57,8 @@ Result<std::string> name_of_input(const std::string& path, bool keep_paths) {
     return "scan-" + digest_of_bytes(files).substr(0, 8);
   }
   std::string text = name.string();
-  for (const char* ending : {".gz", ".nii", ".hdr", ".img", ".nrrd", ".nhdr", ".mha", ".mhd"})
-    if (text.ends_with(ending) && text.size() > std::string(ending).size())
-      text.resize(text.size() - std::string(ending).size());
+  for (const Endings endings : {&VolumeFormat::endings, &VolumeFormat::halves})
+    text.resize(text.size() - format_of(text, endings).ending.size());
   return text.empty() || text == "." || text == ".." ? "subject" : text;
 }
 

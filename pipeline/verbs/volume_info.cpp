@@ -9,6 +9,7 @@
 
 #include "pipeline/verbs/inputs.hpp"
 #include "segmentation/files/image_file.hpp"
+#include "segmentation/files/volume_formats.hpp"
 
 namespace borelli {
 namespace {
@@ -74,10 +75,8 @@ Result<json> without_quantity(const Command& command, const std::string& path, c
 bool may_be_volume(const std::string& path) {
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored)) return true;
-  for (const char* ending :
-       {".nii", ".nii.gz", ".hdr", ".hdr.gz", ".img", ".img.gz", ".nrrd", ".nhdr", ".mha", ".mhd", ".dcm"})
-    if (path.ends_with(ending)) return true;
-  return false;
+  return format_of(path, &VolumeFormat::endings).format || format_of(path, &VolumeFormat::halves).format ||
+         path.ends_with(".dcm");
 }
 
 Result<json> volume_info(const Command& command, const std::string& path, const std::string& quantity,

@@ -10,23 +10,19 @@
 
 #include "process/memory.hpp"
 #include "segmentation/files/class_labels.hpp"
-#include "segmentation/files/header_text.hpp"
+#include "segmentation/files/volume_formats.hpp"
 
 namespace borelli {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view mask_endings[] = {".nii.gz", ".nii",  ".hdr.gz", ".hdr",
-                                             ".nrrd",   ".nhdr", ".mha",    ".mhd"};
-
 // a file's name without its format's extension; empty: another extension, or hidden
 std::string class_in(const fs::path& file) {
-  const std::string name = file.filename(), lower = lower_case(name);
+  const std::string name = file.filename();
   if (name.starts_with('.')) return "";  // macOS metadata
-  for (const std::string_view ending : mask_endings)
-    if (lower.ends_with(ending)) return name.substr(0, name.size() - ending.size());
-  return "";
+  const NamedFormat named = format_of(name, &VolumeFormat::endings);
+  return named.format ? name.substr(0, name.size() - named.ending.size()) : "";
 }
 
 // voxel counts of the mask being added to the map

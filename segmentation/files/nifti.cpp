@@ -13,6 +13,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "segmentation/files/header_text.hpp"
 #include "segmentation/files/image_file.hpp"
 #include "segmentation/files/nifti_names.hpp"
 #include "segmentation/files/voxel_size.hpp"
@@ -426,8 +427,8 @@ Result<void> write_nifti(const std::string& path, const Grid& grid, Scalar scala
   for (const auto size : grid.size)
     if (size > 32767)
       return failure(path, "NIfTI-1 allows at most 32767 voxels along an axis; write .nrrd instead");
-  auto sink =
-      ByteSink::create(path, path.ends_with(".gz") ? ByteSink::Packing::gzip : ByteSink::Packing::plain);
+  auto sink = ByteSink::create(
+      path, lower_case(path).ends_with(".gz") ? ByteSink::Packing::gzip : ByteSink::Packing::plain);
   if (!sink) return tl::unexpected(sink.error());
   const Writer header = header_of(grid, scalar, recorded_quantity);
   if (const auto done = sink->write(header.bytes); !done) return done;

@@ -8,8 +8,8 @@
 #include "process/input_file.hpp"
 #include "segmentation/files/dicom.hpp"
 #include "segmentation/files/dicom_elements.hpp"
-#include "segmentation/files/header_text.hpp"
 #include "segmentation/files/plausibility.hpp"
+#include "segmentation/files/volume_formats.hpp"
 
 namespace borelli {
 namespace {
@@ -70,23 +70,12 @@ Result<ScannedVolume> read_file(const std::string& path, const ReadOptions& opti
 namespace {
 
 Result<ImageHeader> header_by_ending(const std::string& path) {
-  const std::string name = lower_case(path);
-  const auto is_nifti = [&](const std::string& ending) {
-    return name.ends_with(ending) || name.ends_with(ending + ".gz");
-  };
   if (auto fine = check_input_file(path); !fine) return tl::unexpected(fine.error());
-  if (is_nifti(".nii") || is_nifti(".hdr")) return read_nifti_header(path);
-  if (is_nifti(".img")) {
-    const std::string header = half_of_nifti_pair(path, ".hdr");
-    if (header.empty()) return bad_use(path, "is half of a NIfTI pair; put its header (.hdr) beside it");
-    return read_nifti_header(header);
-  }
-  if (name.ends_with(".nrrd") || name.ends_with(".nhdr")) return read_nrrd_header(path);
-  if (name.ends_with(".mha") || name.ends_with(".mhd")) return read_metaimage_header(path);
+  for (const Endings endings : {&VolumeFormat::endings, &VolumeFormat::halves})
+    if (const VolumeFormat* format = format_of(path, endings).format) return format->read_header(path);
   if (is_dicom_slice(path)) return bad_use(path, "is one slice of a DICOM series; give its folder");
-  return bad_use(path,
-                 "is not a supported volume; give a DICOM folder, .nii, .nii.gz, .hdr with .img, .nrrd, "
-                 ".nhdr, .mha or .mhd");
+  return bad_use(
+      path, "is not a supported volume; give a DICOM folder, " + endings_in_words(&VolumeFormat::endings));
 }
 
 }  // namespace

@@ -1,9 +1,9 @@
 #include "segmentation/files/write.hpp"
 
 #include "error/plain_cell.hpp"
-#include "segmentation/files/image_file.hpp"
 #include "segmentation/files/quantity.hpp"
 #include "segmentation/files/read.hpp"
+#include "segmentation/files/volume_formats.hpp"
 
 namespace borelli {
 namespace {
@@ -15,11 +15,10 @@ Result<void> write_image(const std::string& path, const Grid& grid, Scalar scala
                              " voxels, and the volume has " +
                              std::to_string(voxels.size() / scalar_bytes(scalar)));
   }
-  if (path.ends_with(".nii") || path.ends_with(".nii.gz"))
-    return write_nifti(path, grid, scalar, voxels, quantity);
-  if (path.ends_with(".nrrd")) return write_nrrd(path, grid, scalar, voxels, quantity);
-  if (path.ends_with(".mha")) return write_metaimage(path, grid, scalar, voxels, quantity);
-  return bad_use(path, "is not a supported file name for a volume; end it in .nii.gz, .nii, .nrrd or .mha");
+  if (const VolumeFormat* format = format_of(path, &VolumeFormat::written).format)
+    return format->write(path, grid, scalar, voxels, quantity);
+  return bad_use(path, "is not a supported file name for a volume; end it in " +
+                           endings_in_words(&VolumeFormat::written));
 }
 
 }  // namespace

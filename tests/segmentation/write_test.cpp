@@ -1,10 +1,16 @@
 // Files that cannot be read or written are named, in one sentence.
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <fstream>
 
 #include "grids.hpp"
 #include "scratch_folder.hpp"
 #include "segmentation/files/read.hpp"
+#include "segmentation/files/volume_formats.hpp"
 #include "segmentation/files/write.hpp"
 
 namespace borelli {
@@ -26,6 +32,26 @@ TEST(Write, NamesAnObstacle) {
   ASSERT_FALSE(refused);
   EXPECT_NE(refused.error().what.find("140 voxels, and the volume has 139"), std::string::npos)
       << refused.error().what;
+}
+
+TEST(Write, EveryEndingIsReadBackInCapitalsToo) {
+  ScratchFolder folder;
+  const GreyVolume volume = noise_volume(oblique_grid(false, 0), Quantity::hu);
+  int written = 0;
+  for (const VolumeFormat& format : volume_formats())
+    for (const std::string_view ending : format.written)
+      for (const bool capitals : {false, true}) {
+        std::string name = fmt::format("a{}", ending);
+        if (capitals) std::transform(name.begin(), name.end(), name.begin(), ::toupper);
+        const auto done = write_volume(folder / name, volume);
+        ASSERT_TRUE(done) << done.error().message();
+        const auto read = read_volume(folder / name);
+        ASSERT_TRUE(read) << name << ": " << read.error().message();
+        EXPECT_EQ(read->volume.voxels, volume.voxels) << name;
+        EXPECT_EQ(std::ifstream(folder / name).peek() == 0x1f, ending.ends_with(".gz")) << name;
+        ++written;
+      }
+  EXPECT_EQ(written, 8);
 }
 
 // /dev/full takes bytes and has no room for them, as a full disk does
