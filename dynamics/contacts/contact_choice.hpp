@@ -20,9 +20,9 @@ struct Choice {
 
 /// `contacts`: n closed contacts that neither approach nor separate. Its `velocity` holds the accelerations
 /// without any contact force, m/s^2; its `slip` the slip directions of contacts that slide already.
-/// `slip_at_limit`: the direction (unit) in which a contact slides that leaves sticking at the limit of
-/// friction, if it is still at that limit; zero: no such direction. `gravity`, m/s^2: with the accelerations
-/// it sets the scale below which an acceleration counts as zero.
+/// `slip_at_limit`, one per contact: a sticking contact that has just reached its limit of friction slides in
+/// this direction (unit) if its friction is still at that limit; zero: not at the limit. `gravity`, m/s^2:
+/// with the accelerations it sets the scale below which an acceleration counts as zero.
 Choice choose_modes(const Shock& contacts, const std::vector<Eigen::Vector2d>& slip_at_limit, double gravity);
 
 }  // namespace borelli

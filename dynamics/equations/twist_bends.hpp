@@ -1,5 +1,5 @@
-// How a bending coordinate's unit twist varies with it (Bending, switch_guided.hpp), and how that variation
-// does, from the switch's own formula on dual numbers.
+// First and second derivatives of a bending coordinate's unit twist by that coordinate (Bending,
+// switch_guided.hpp), from the switch's own formula on dual numbers.
 #pragma once
 
 #include "dynamics/equations/inverse_derivatives.hpp"

@@ -420,7 +420,7 @@ Result<MarkerFrame> MarkerFit::fit(double t, const Eigen::Matrix3Xd& measured, c
     if (auto found = w.find_rows(t, at); !found) return tl::unexpected(found.error());
     const std::vector<char> held = w.find_held(at);
     const double rows_before = w.row_error(), goal_before = w.goal.value;
-    // lower damping after a step that served, more until one does
+    // lower the damping after a step that reduces the goal; raise it until one does
     bool lower = false;
     for (int attempt = 0; attempt < 30 && !lower; ++attempt) {
       VectorXd x = w.step(damping, held);
