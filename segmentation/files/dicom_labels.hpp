@@ -17,8 +17,8 @@ struct DicomLabelOptions {
   /// The scan that the labels belong to: the file joins its study and refers to its images. Null: a study of
   /// its own.
   const DicomSource* source = nullptr;
-  /// Copies whom and when the scan shows from the source. Else these elements are empty, and the date is
-  /// 1970-01-01.
+  /// Copies the patient and the date of the study from the source. Else these elements are empty, and the
+  /// date is 1970-01-01.
   bool patient = false;
   std::string version;  ///< of the program, for the module Enhanced General Equipment
 };
