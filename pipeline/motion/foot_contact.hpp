@@ -10,7 +10,7 @@
 
 namespace borelli {
 
-/// N: where a plate carries as much, somebody stands on it.
+/// N: a plate with at least this load counts as stood on.
 inline constexpr double least_load = 20;
 
 struct FootLoads {

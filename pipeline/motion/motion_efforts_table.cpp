@@ -80,7 +80,7 @@ std::optional<SolidWrench> sample(const MeasuredForce& measured, double t) {
   return wrench;
 }
 
-/// Free coordinates of the bodies that hang on the world.
+/// Free coordinates of the root bodies.
 std::vector<RootResidual> residuals_of(const System& system, const Rows& efforts) {
   std::vector<RootResidual> out;
   for (std::size_t b = 1; b < system.bodies.size(); ++b) {

@@ -39,9 +39,9 @@ struct MotionFit {
 };
 
 /// Fits frame after frame, each from the one before. The first starts from the scene's initial positions and,
-/// if it stays far, from other attitudes of what hangs on the world. Measured axes are turned to the scene's
-/// if the recording tells which way is up. Errors: no marker that the model has, no frame within the range,
-/// tasks for coordinates that the model does not have, constraints that cannot hold.
+/// if the fit stays far from the markers, from other orientations of the root bodies. Measured axes are
+/// turned to the scene's if the recording tells which way is up. Errors: no marker that the model has, no
+/// frame within the range, tasks for coordinates that the model does not have, constraints that cannot hold.
 Result<MotionFit> fit_motion(const Scene& scene, const System& system, const MarkerMotion& recording,
                              const MotionFitRequest& request);
 

@@ -6,10 +6,10 @@
 // corrected by inverse dynamics (Kajita and others, Biped walking pattern generation by using preview control
 // of zero-moment point, ICRA 2003). Truncated Fourier series make the motion smooth and periodic.
 //
-// The ground forces balance the root exactly. A wrench has six components; a foot on the floor can give all of them:
-// three forces, the centre of pressure for the two horizontal moments, and the vertical free moment. Each
-// force points at the body's gravity centre as nearly as the sum of both allows. The walk is exact mechanics, not
-// normal gait.
+// The ground forces balance the root exactly. A wrench has six components; a foot on the floor can give all
+// of them: three forces, the centre of pressure for the two horizontal moments, and the vertical free moment.
+// Each force points at the body's gravity centre as nearly as the sum of both allows. Forces and motion agree
+// exactly, but the walk is not a model of normal gait.
 #pragma once
 
 #include <cstdint>

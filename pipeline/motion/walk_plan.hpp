@@ -1,4 +1,4 @@
-// Where the feet of a walking body are, and where the floor presses on them.
+// Plans where the feet of a walking body are, and where the floor presses on them.
 #pragma once
 
 #include <array>
@@ -35,7 +35,7 @@ Result<std::array<WalkingFoot, 2>> walking_feet(const std::map<std::string, Pose
 /// that leads changes from metatarsal head to heel, on a smooth arc.
 Pose planned_foot(const WalkingFoot& foot, const WalkTiming& timing, double cycles);
 
-/// Share of the load on a foot: 1 where it stands alone, smooth over double support.
+/// Planned share of the load on a foot: 1 in single support, smooth over double support.
 double planned_share(const WalkingFoot& foot, double cycles);
 
 /// Where the floor is to press on a standing foot, from heel to metatarsal heads.

@@ -12,7 +12,7 @@ struct EffortSection {
   /// The inputs with at most about 1500 samples of five digits, coordinates sorted (ankle, knee, hip, others;
   /// left before right). Each coordinate also has "group" ("knee"), "side" ("left", "right" or ""), "motion"
   /// ("flexion") and "peak": {"moment" (N m, signed, largest in size), "deviation", "time" (s), "power" (W),
-  /// "power_time"}, taken from all samples.
+  /// "power_time"}, found among all samples.
   nlohmann::json page;
   /// <section id="moments"> with heading, peaks and root residuals.
   std::string html;
