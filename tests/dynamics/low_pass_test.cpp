@@ -18,7 +18,7 @@ SampledSignal sampled(int n, double step, double (*f)(double)) {
   return signal;
 }
 
-TEST(LowPass, IsTheRecipeThatOpenSimDocuments) {
+TEST(LowPass, FollowsOpenSimsRecipe) {
   const double values[24] = {0.3,       0.237965, 0.570278,  1.231997,  0.843787,  0.766636,
                              0.975294,  0.174913, -0.196578, -0.142902, -0.921121, -1.085309,
                              -0.696843, -1.05197, -0.760439, 0.019525,  -0.056116, 0.369512,
@@ -74,7 +74,7 @@ TEST(LowPass, ResamplesUnevenTimes) {
     }
 }
 
-TEST(LowPass, RefusesACutOffThatTheSamplesCannotHold) {
+TEST(LowPass, RefusesACutOffOfHalfTheSamplingRateOrMore) {
   const SampledSignal signal = sampled(50, 0.01, [](double t) { return t; });
   EXPECT_FALSE(low_pass(signal, 50));
   EXPECT_FALSE(low_pass(signal, 0));

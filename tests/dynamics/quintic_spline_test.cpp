@@ -12,7 +12,7 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-TEST(QuinticSpline, IsTheNaturalInterpolantOfScipy) {
+TEST(QuinticSpline, EqualsScipysNaturalSpline) {
   const std::vector<double> times{0, 0.1, 0.25, 0.3, 0.55, 0.7, 1.0, 1.1};
   MatrixXd values(8, 1);
   values << 1.0, 0.5, -0.3, -0.2, 0.8, 1.4, 0.2, 0.1;
@@ -59,7 +59,7 @@ TEST(QuinticSpline, ErrorInTheMiddleFallsWithTheSixthPowerOfTheStep) {
   }
 }
 
-TEST(QuinticSpline, RefusesWhatHasNoSpline) {
+TEST(QuinticSpline, RefusesInvalidData) {
   const MatrixXd values = MatrixXd::Zero(3, 1);
   EXPECT_FALSE(QuinticSpline::through({0, 1}, MatrixXd::Zero(2, 1)));
   EXPECT_FALSE(QuinticSpline::through({0, 1, 1}, values));

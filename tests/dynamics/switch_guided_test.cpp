@@ -127,7 +127,7 @@ TEST(Guided, KeepsTheEnergyOfAMotion) {
   }
 }
 
-TEST(Guided, DrivenNeedsTheEffortThatAFreeOneMovesBy) {
+TEST(Guided, DriveEffortEqualsThatOfTheFreeSwitchInTheSameMotion) {
   Scene scene = leg(false);
   Switch& knee = scene.solids[1].switches[1];
   knee = driven(knee, Polynomial{{0.6, -1.5, 2}});

@@ -71,7 +71,7 @@ TEST(EffortSection, TabulatesPeaksOfPendulums) {
   EXPECT_EQ(rows[4][1], "−9.00");
 }
 
-TEST(EffortSection, HoldsResidualsAgainstTheAdvice) {
+TEST(EffortSection, ComparesResidualsWithTheAdvice) {
   const auto made = effort_section(pendulum_efforts("swing.trc"));
   ASSERT_TRUE(made);
   const auto rows = rows_of(made->html, "residuals");

@@ -164,7 +164,7 @@ TEST(WrittenBody, OfTheIcrpMaleHasTheSameMechanicsInEachFormat) {
 
 // The links' places, masses and centres at zero, from the scene's switches alone: what URDF holds whatever its
 // joints are.
-TEST(WrittenBody, StandsAlikeInUrdf) {
+TEST(WrittenBody, HasTheSamePlacesAndMassesInUrdfAtZero) {
   Scene body = phantom_body();
   const WrittenModel written = need(write_urdf(body));
   const Folder folder;

@@ -79,7 +79,7 @@ TEST(LoneParts, FindsLegsFromTheMiddleOfTheThighs) {
   }
 }
 
-TEST(LoneParts, FindsAHeadAboveTheNecksFoot) {
+TEST(LoneParts, FindsAHeadCutAtTheNeckLandmark) {
   for (const auto& [variation, sex] : {std::pair{201, Sex::male}, {202, Sex::female}}) {
     const Lone of = scanned(static_cast<std::uint64_t>(variation), sex, "neck", 10, all);
     expect_only(of, {{"head", cut}}, 0.98);
@@ -105,7 +105,7 @@ TEST(LoneParts, FindsAHeadWithAPieceOfTheTrunk) {
 // exact labels are cut by planes; by bone the knee is cut at its surface, which gives each shank a patella
 // and each of these short thighs the flesh in front of a shank's end: .95 in both at best (measured), of
 // which the limit leaves two hundredths for noise. By planes nothing differs.
-TEST(LoneParts, FindsThemByOtherConventions) {
+TEST(LoneParts, FindsPartsByOtherConventions) {
   for (const auto& [convention, least] : {std::pair{Convention::dempster, 0.95}, {Convention::bone, 0.93}}) {
     expect_only(scanned(203, Sex::male, "knee_left", -all, 170, convention), legs, least);
     expect_only(scanned(201, Sex::male, "neck", 10, all, convention), {{"head", cut}}, 0.98);

@@ -50,7 +50,7 @@ TEST(Verdict, StatureMatchesTheBody) {
   EXPECT_FALSE(stature_of({}));
 }
 
-TEST(Verdict, DoubtsWhatTheDocstringSays) {
+TEST(Verdict, DoubtsEveryCaseOfItsDocstring) {
   Segmentation found = exact_body();
   found.part[label("thigh_left")].confidence = 0.49;
   EXPECT_EQ(in_words(verdict_on(found)), "doubtful: the boundaries of the thigh left are uncertain");

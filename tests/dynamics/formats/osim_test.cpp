@@ -279,7 +279,7 @@ TEST(Osim, PointsAndWeldsAreHeldAndSpringsPull) {
   EXPECT_TRUE(any_holds(model.not_modelled.other, "<PointConstraint>"));
 }
 
-TEST(Osim, WhatIsNotSupportedIsRefusedByName) {
+TEST(Osim, RefusesUnsupportedContentByName) {
   std::vector<OsimPart> parts{all_joints()[1]};
   parts[0].parent = "ground";
   const std::string good = new_layout(parts);

@@ -79,7 +79,7 @@ WrittenModel everything() {
   return need(write_osim(scene, extras));
 }
 
-TEST(OsimWriteLayout, ElementsStandAsInOpenSimsFiles) {
+TEST(OsimWriteLayout, ElementsNestAsInOpenSimsFiles) {
   const Pairs known = known_pairs();
   ASSERT_GT(known.size(), 100u);
   const Folder folder;
@@ -94,7 +94,7 @@ TEST(OsimWriteLayout, ElementsStandAsInOpenSimsFiles) {
   for (const auto& pair : known) EXPECT_TRUE(own.contains(pair)) << pair.first << " > " << pair.second;
 }
 
-TEST(OsimWriteLayout, EveryFrameThatIsNamedIsThere) {
+TEST(OsimWriteLayout, EveryReferencedFrameExists) {
   const Folder folder;
   const XmlElement root = read_xml(folder.write("all.osim", everything().text));
   std::set<std::string> paths{"/ground"};

@@ -247,7 +247,7 @@ TEST(OsimWrite, BallsNearGimbalLockGetAnotherOrderOfAngles) {
 
 // ---- efforts and constraints ----
 
-TEST(OsimWrite, EffortsPushAlike) {
+TEST(OsimWrite, EffortsActAlikeWhenReadBack) {
   Random random(11);
   Scene scene = random_tree(4, {});
   set_start(scene, random);
@@ -284,7 +284,7 @@ TEST(OsimWrite, EffortsPushAlike) {
   }
 }
 
-TEST(OsimWrite, ConstraintsHoldAlike) {
+TEST(OsimWrite, ConstraintsActAlikeWhenReadBack) {
   const std::vector<ConstraintKind> kinds{
       PointOnPoint{{"s2", {0.1, 0.2, 0.3}}, {"world", {0.3, -0.2, 0.1}}},
       PointOnLine{{"s3", {0.1, 0, 0.2}}, {"world", {0, 0.2, 0.1}}, Vector3d(1, 2, 2) / 3},
@@ -334,7 +334,7 @@ TEST(OsimWrite, TheWorldIsTurnedSoThatYIsUp) {
   EXPECT_EQ(read_back(need(write_osim(scene))).scene.markers[0].at.point, Vector3d(1, 2, 3));
 }
 
-TEST(OsimWrite, ForbiddenNamesAreReplacedAndTold) {
+TEST(OsimWrite, ReplacesForbiddenNamesAndSaysSo) {
   Scene scene;
   scene.solids = {solid("ground", "world", {hinge("a b", Vector3d::UnitZ())}, {link()}),
                   solid("x/y", "ground", {hinge("a_b", Vector3d::UnitX())}, {link()})};
@@ -353,7 +353,7 @@ struct Nothing {
   void apply(EffortPass<T>&) const {}
 };
 
-TEST(OsimWrite, WhatIsLostIsNamed) {
+TEST(OsimWrite, NamesWhatIsLost) {
   Scene scene = carried({ball("turn", identity_quaternion(), {0, 0, 0})});
   scene.solids[1].switches[0].ranges = {{-1, 1}, {-1, 1}, {-1, 1}};
   scene.solids[1].switches[0].armature = 0.1;

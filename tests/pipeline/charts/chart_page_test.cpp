@@ -48,7 +48,7 @@ TEST(ChartPage, CsvTextIsNeverAFormula) {
   EXPECT_EQ(csv_text("off by -1"), "\"off by -1\"");
 }
 
-TEST(ChartPage, TellsDataAsTheyAre) {
+TEST(ChartPage, HoldsTheDataUnchanged) {
   Plot plot{"t <b>", {"time (s)"}, {"error", true}, {}, {"n"}};
   plot.curves = {{.name = "a</script>",
                   .x = {1, 2, 3},

@@ -93,7 +93,7 @@ TEST(BodyModel, LandmarksAreMarkersWhereTheScanShowsThem) {
   EXPECT_EQ(solid_of("spine_upper"), "upper_trunk");
 }
 
-TEST(BodyModel, TellsDeviationsMeshesAndFrames) {
+TEST(BodyModel, ExtrasHoldDeviationsMeshesAndFrames) {
   const Body body = moving_body();
   InertiaTable table;
   table.source.volume = "scan.nii.gz";
@@ -121,7 +121,7 @@ TEST(BodyModel, TellsDeviationsMeshesAndFrames) {
 }
 
 // The verbs write by the ending of -o, and refuse others before any work.
-TEST(BodyModel, VerbsWriteByTheEnding) {
+TEST(BodyModel, VerbsChooseTheFormatByTheEnding) {
   const TestFolder folder;
   const std::string at = folder.path().string() + "/";
   ASSERT_EQ(run_program("phantom -o " + at + "p.nii.gz --spacing 12").code, 0);

@@ -162,7 +162,7 @@ TEST(AngleMotion, KneesBendWhicheverSignTheModelHas) {
   }
 }
 
-TEST(AngleMotion, RefusesTablesOfOtherThingsAndGaps) {
+TEST(AngleMotion, RefusesTablesWithoutAnglesOrWithGaps) {
   const auto other = angle_motion(body().system, body().phantom.landmarks, table_of_row({{"force_vx", 1}}));
   ASSERT_FALSE(other);
   EXPECT_NE(other.error().message().find("neither its own coordinates nor OpenSim's"), std::string::npos);
@@ -214,7 +214,7 @@ std::vector<MeasuredForce> forces_of(const SampleWalk& walk) {
 }
 
 // The file keeps every double but turns hinges' angles into degrees and back: 1 rounding each way.
-TEST(CapturedAngles, OwnAnglesComeBackWithTheirMoments) {
+TEST(CapturedAngles, RecoversItsOwnAnglesAndMoments) {
   const SampleWalk& walk = sample().walk;
   const CapturedMotion motion =
       need(captured_angles({body().scene, sample().soles}, body().phantom.landmarks,
@@ -226,7 +226,7 @@ TEST(CapturedAngles, OwnAnglesComeBackWithTheirMoments) {
 }
 
 // Plates measure in OpenSim's axes, y up; their mean force tells it.
-TEST(CapturedAngles, ForcesTellWhichWayIsUp) {
+TEST(CapturedAngles, FindsUpFromTheForces) {
   const SampleWalk& walk = sample().walk;
   std::vector<MeasuredForce> forces = forces_of(walk);
   for (MeasuredForce& force : forces)

@@ -117,7 +117,7 @@ RecordedPositions rows_of(const System& system, const std::vector<double>& times
 
 // With z up, BVH's y is the world's z, and its z the world's -y. So a slide of 0.3 m along y is -30 cm along
 // z, and a turn about x stays one.
-TEST(BvhSkeleton, CartAndRodAreAsWorkedOutByHand) {
+TEST(BvhSkeleton, CartAndRodMatchHandCalculation) {
   const Scene scene = cart();
   const System system = need(compile(scene));
   const auto positions = rows_of(system, {0, 0.1}, {{"slide", {0.1, 0.3}}, {"swing", {0, 40 * degree}}});

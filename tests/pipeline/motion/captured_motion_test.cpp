@@ -58,7 +58,7 @@ double largest_turn(const System& system, const std::string& joint, const Record
   return largest;
 }
 
-TEST(BodyMarkers, KnowsNamesOfCommonSetsWithEitherWayToNameASide) {
+TEST(BodyMarkers, KnowsCommonMarkerNamesWithTheSideBeforeOrAfter) {
   const Subject& s = subject();
   const auto places =
       body_markers({"RASI", "L.ASIS", "subject1:LKNE", "right_heel", "MT5_L", "C7", "THI_R", "XYZ"},
@@ -80,7 +80,7 @@ TEST(BodyMarkers, KnowsNamesOfCommonSetsWithEitherWayToNameASide) {
   EXPECT_EQ(places.markers[6].segment, "thigh_right");
 }
 
-TEST(BodyMarkers, OwnNamesGoBeforeTheTable) {
+TEST(BodyMarkers, OwnNamesOverrideTheTable) {
   const Subject& s = subject();
   const auto own = need(parse_joint_mapping("m1 = hip_left\nC7 = shank_right\n", "map.txt", marker_places()));
   const auto places =
@@ -92,7 +92,7 @@ TEST(BodyMarkers, OwnNamesGoBeforeTheTable) {
 }
 
 // The rest weights draw each joint back by up to 1e-3 rad; markers are exact otherwise.
-TEST(CapturedMotion, OwnMotionComesBackWhicheverAxisIsUp) {
+TEST(CapturedMotion, RecoversItsOwnMotionWithAnyAxisUp) {
   const Subject& s = subject();
   const System system = need(compile(s.marked));
   const RecordedPositions truth = bending(system, squat);
@@ -192,7 +192,7 @@ TEST(CapturedMotion, FeetOfAnotherPersonsWalkNeitherSlideNorSink) {
                     {{0, 0.05, 0.3}, {1, 0.15, stance_share - 0.05}});
 }
 
-TEST(CapturedMotion, RefusesMarkersThatTellNoPlace) {
+TEST(CapturedMotion, RefusesMarkersWithoutKnownPlaces) {
   const Subject& s = subject();
   const System system = need(compile(s.marked));
   CapturedRecording recording;

@@ -50,7 +50,7 @@ Difference difference(const MotionTable& ours, const MotionTable& theirs, const 
   return {std::sqrt(d.squaredNorm() / double(d.size())), d.cwiseAbs().maxCoeff()};
 }
 
-TEST(Gait10dof, InverseKinematicsIsOpenSims) {
+TEST(Gait10dof, InverseKinematicsMatchesOpenSim) {
   const Walk walk;
   MotionFitRequest request;
   request.setup = need(read_ik_setup(given("walk_Setup_IK.xml")));
@@ -67,7 +67,7 @@ TEST(Gait10dof, InverseKinematicsIsOpenSims) {
   }
 }
 
-TEST(Gait10dof, InverseDynamicsIsOpenSims) {
+TEST(Gait10dof, InverseDynamicsMatchesOpenSim) {
   const Walk walk;
   const InverseDynamicsSetup setup = need(read_id_setup(given("walk_Setup_ID.xml")));
   const TablePositions motion =
@@ -120,7 +120,7 @@ std::vector<SolidWrench> wrenches_at(const System& system, const ExternalLoads& 
   return out;
 }
 
-TEST(Gait10dof, EffortsReturnTheMotionForwards) {
+TEST(Gait10dof, EffortsReproduceTheMotionForwards) {
   const Walk walk;
   const System& system = walk.system;
   const TablePositions table =

@@ -28,7 +28,7 @@ double span_of(const System& system, const Rows& q, const std::string& hinge) {
   return 0;
 }
 
-TEST(MarkerCalibration, MisplacedMarkersAreFoundByTheMotion) {
+TEST(MarkerCalibration, MotionCorrectsMisplacedMarkers) {
   const Phantom phantom = build_phantom({}).value();
   const Scene body = still_body(exact_parts(phantom), phantom.landmarks);
   const Scene marked = with_known_markers(

@@ -24,7 +24,7 @@ BvhMotion bvh_of(const std::string& root, const std::string& joint, const std::s
   return motion.value_or(BvhMotion{});
 }
 
-TEST(BvhMotion, AWalksJointsAreWhereAnotherProgramPutsThem) {
+TEST(BvhMotion, JointsOfAWalkMatchAnotherProgram) {
   const std::string file = test::shared_folder() + "/motion/walk1.bvh";
   if (!std::filesystem::exists(file)) GTEST_SKIP() << file << " is not there";
   const auto motion = read_bvh(file);
@@ -101,7 +101,7 @@ TEST(BvhMotion, AJointsOwnRotationDoesNotMoveIt) {
   EXPECT_LT((poses[1].p - Vector3d(11, 27, 33)).norm(), 1e-14);
 }
 
-TEST(BvhMotion, PositionsAddToTheOffsetOrReplaceItAsTheDataSay) {
+TEST(BvhMotion, DataDecideWhetherPositionsReplaceTheOffset) {
   const std::string positions = " CHANNELS 3 Xposition Yposition Zposition";
   // deviations from the offset, as in Biovision's definition
   const auto added = bvh_of("OFFSET 0 95 0" + positions, "OFFSET 10 0 0" + positions, "3 -2 1 0.5 0 0.25");

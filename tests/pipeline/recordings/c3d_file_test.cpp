@@ -43,7 +43,7 @@ C3dWriter two_markers_and_an_angle(C3dWriter::Processor processor, bool real) {
 
 class C3dFileOf : public testing::TestWithParam<std::tuple<C3dWriter::Processor, bool>> {};
 
-TEST_P(C3dFileOf, ValuesPutInComeBack) {
+TEST_P(C3dFileOf, ValuesRoundTrip) {
   const auto [processor, real] = GetParam();
   const C3dFile file = read_c3d_bytes(two_markers_and_an_angle(processor, real).bytes()).value();
   EXPECT_TRUE(file.warnings.empty()) << file.warnings[0];
@@ -231,7 +231,7 @@ TEST(C3dFile, UpIsTheAxisOfTheScreensY) {
   EXPECT_FALSE(read_c3d_bytes(writer.bytes())->markers.up);
 }
 
-TEST(C3dFile, WhatIsNoC3dIsRefusedInWords) {
+TEST(C3dFile, RefusesFilesThatAreNotC3d) {
   const auto refusal = [](const std::string& bytes) {
     const auto file = read_c3d_bytes(bytes);
     return file ? std::string("read") : file.error().what;

@@ -133,7 +133,7 @@ TEST(C3dLayout, LongRecordingsAreCountedByTheirOwnParameters) {
   EXPECT_EQ(layout_of(with([](C3dWriter& w) { w.integer("POINT:FRAMES", 40000); }), warnings)->frames, 40000);
 }
 
-TEST(C3dLayout, CountsThatDoNotFitAreRefusedInWords) {
+TEST(C3dLayout, RefusesCountsThatDoNotFit) {
   const auto refusal = [](const C3dWriter& writer, std::size_t cut = 0) {
     std::vector<std::string> warnings;
     const auto layout = layout_of(writer, warnings, cut);

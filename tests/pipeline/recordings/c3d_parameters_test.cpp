@@ -22,7 +22,7 @@ C3dParameters parameters_of(const C3dWriter& writer, std::vector<std::string>& w
 
 class C3dParametersOf : public testing::TestWithParam<C3dWriter::Processor> {};
 
-TEST_P(C3dParametersOf, EveryTypeAndDimensionComesBack) {
+TEST_P(C3dParametersOf, EveryTypeAndDimensionRoundTrips) {
   for (const bool locked : {false, true})
     for (const std::string order : {"first", "last"}) {
       C3dWriter writer;
@@ -75,7 +75,7 @@ TEST(C3dParameters, CountsAreUnsigned) {
   EXPECT_FALSE(read.count("POINT", "LESS"));
 }
 
-TEST(C3dParameters, WhatCannotBeReadIsLeftOutAndNamed) {
+TEST(C3dParameters, LeavesOutUnreadableParametersWithAWarning) {
   C3dWriter writer;
   writer.add("POINT:STRANGE", 3, {}, "abc");
   writer.add("POINT:EIGHT", 2, {1, 1, 1, 1, 1, 1, 1, 1}, "ab");

@@ -159,7 +159,7 @@ TEST(C3dPlates, ZeroFramesGiveTheBaseline) {
   }
 }
 
-TEST(C3dPlates, UpThatTheMarkersContradictIsTurnedRound) {
+TEST(C3dPlates, ReversesAnUpThatTheMarkersContradict) {
   PlateFile plate;
   plate.channels = six_channels();
   C3dWriter writer = writer_of(plate);
@@ -174,7 +174,7 @@ TEST(C3dPlates, UpThatTheMarkersContradictIsTurnedRound) {
   expect_the_foot(file);
 }
 
-TEST(C3dPlates, PlatesThatCannotBeReadAreLeftOutAndNamed) {
+TEST(C3dPlates, LeavesOutUnreadablePlatesWithAWarning) {
   PlateFile plate;
   plate.channels = six_channels();
   const auto reason = [&](const std::string& name, const std::function<void(C3dWriter&)>& add) {

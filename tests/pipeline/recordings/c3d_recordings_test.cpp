@@ -43,7 +43,7 @@ class C3dRecording : public testing::Test {
   const std::string folder_ = test::shared_folder() + "/motion/";
 };
 
-TEST_F(C3dRecording, StandingTrialHoldsWhatAnotherReaderFinds) {
+TEST_F(C3dRecording, StandingTrialMatchesAnotherReader) {
   const C3dFile file = read("Static_trial.c3d");
   EXPECT_EQ(file.markers.frames.size(), 498);
   EXPECT_EQ(file.markers.names.size(), 153);
@@ -70,7 +70,7 @@ TEST_F(C3dRecording, StandingTrialHoldsWhatAnotherReaderFinds) {
   EXPECT_TRUE(test::has_warning(file.warnings, "ORIGIN of force plate 1 has the wrong sign"));
 }
 
-TEST_F(C3dRecording, WalkDownTheStairHoldsWhatAnotherReaderFinds) {
+TEST_F(C3dRecording, WalkDownTheStairMatchesAnotherReader) {
   const C3dFile file = read("Movement_trial.c3d");
   EXPECT_EQ(file.markers.frames.size(), 323);
   EXPECT_EQ(file.markers.names.size(), 159);
@@ -133,7 +133,7 @@ TEST_F(C3dRecording, ForcesPointsAndFreeMomentsAreThoseOfEzc3d) {
 
 // Plug-in Gait stores the ground reaction of each foot in N per kg of body mass. The right foot stands alone on the
 // highest plate in frames 62 to 109, the left one on the lowest in 262 to 299. Vicon filters: 10 N.
-TEST_F(C3dRecording, PlatesGiveTheGroundReactionThatTheModelOfViconFound) {
+TEST_F(C3dRecording, PlatesMatchTheGroundReactionOfViconsModel) {
   const C3dFile file = read("Movement_trial.c3d");
   const auto deviation = [&](const std::string& name, std::size_t plate, long from, long to) {
     double sum = 0;

@@ -41,7 +41,7 @@ std::string loads_error(const std::string& xml) {
 const std::string force_and_point =
     "<force_identifier>f_v</force_identifier><point_identifier>f_p</point_identifier>";
 
-TEST(ExternalLoads, AWalkHoldsTheColumnsOfItsTable) {
+TEST(ExternalLoads, WalkHasTheColumnsOfItsTable) {
   const std::string folder = test::shared_folder() + "/motion/gait10dof/";
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is not there";
   const auto loads = read_external_loads(folder + "subject01_walk_grf.xml");
@@ -76,7 +76,7 @@ TEST(ExternalLoads, TheRootMayBeTheLoadsThemselves) {
   EXPECT_EQ(loads->loads[0].measured.moment, (Eigen::Matrix3Xd::Zero(3, 2)));
 }
 
-TEST(ExternalLoads, PathsOfComponentsAreTheirNames) {
+TEST(ExternalLoads, PathsAreReducedToNames) {
   const TestFolder folder;
   const auto loads = loads_in(
       folder, loads_xml("<ExternalForce name=\"a\"><applied_to_body>/bodyset/calcn_l</applied_to_body>"
@@ -100,7 +100,7 @@ TEST(ExternalLoads, AForceWithoutAPointActsAtTheBodysOrigin) {
   EXPECT_EQ(loads->loads[0].force_body, "ground");
 }
 
-TEST(ExternalLoads, LoadsThatDoNotActAreNamedApart) {
+TEST(ExternalLoads, DisabledLoadsAreListedSeparately) {
   for (const std::string off : {"<isDisabled> true </isDisabled>", "<appliesForce>false</appliesForce>"}) {
     const TestFolder folder;
     const auto loads = loads_in(folder, loads_xml(force_xml(off + force_and_point)));
@@ -133,7 +133,7 @@ TEST(ExternalLoads, IdentifiersFindThreeColumnsInTheOrderOfTheirEndings) {
             "a.xml:1: the identifier 'q' finds 0 columns of the table, expected three");
 }
 
-TEST(ExternalLoads, WhatIsNotReadIsListed) {
+TEST(ExternalLoads, ListsWhatIsNotRead) {
   const TestFolder folder;
   const auto loads = loads_in(folder, loads_xml(force_xml(force_and_point + "<gain>2</gain><note/>")));
   ASSERT_TRUE(loads) << loads.error().message();

@@ -103,7 +103,7 @@ TEST(ForcePlate, EightChannelsOfFourSensorsKeepTheWrench) {
   EXPECT_TRUE(test::has_warning(warnings, "does not tell where its sensors are"));
 }
 
-TEST(ForcePlate, OriginOfTheWrongSignIsTurnedRound) {
+TEST(ForcePlate, ReversesAnOriginOfTheWrongSign) {
   ForcePlate plate = turned_plate(2);
   plate.origin = Vector3d(0.002, -0.001, -0.04);
   plate.channels = channels_of(plate, foot());
@@ -115,7 +115,7 @@ TEST(ForcePlate, OriginOfTheWrongSignIsTurnedRound) {
   EXPECT_NE(warnings[0].find("ORIGIN of force plate 1 has the wrong sign"), std::string::npos);
 }
 
-TEST(ForcePlate, WhatTheBodyDoesToThePlateIsTurnedIntoWhatTheGroundDoes) {
+TEST(ForcePlate, ConvertsTheActionOnThePlateToTheGroundReaction) {
   for (const int type : {1, 2}) {
     ForcePlate plate = turned_plate(type);
     plate.channels = -channels_of(plate, foot());
@@ -151,7 +151,7 @@ TEST(ForcePlate, PointAndMomentAreNaNBelowTwentyNewtons) {
   EXPECT_LT((out.point.col(1) - foot().point).norm(), 1e-9);
 }
 
-TEST(ForcePlate, BaselineOfAnUnloadedPlateIsTakenOff) {
+TEST(ForcePlate, SubtractsTheBaselineOfAnUnloadedPlate) {
   ForcePlate plate = turned_plate(2);
   const Eigen::VectorXd offset = (Eigen::VectorXd(6) << 5, -7, 12, 0.5, -0.4, 0.3).finished();
   plate.channels.resize(6, 20);
@@ -195,7 +195,7 @@ TEST(ForcePlate, SamplesThatAreNotFiniteStayOutOfThePoint) {
   EXPECT_TRUE(std::isnan(out.point(0, 1)));
 }
 
-TEST(ForcePlate, CornersThatAreNoRectangleAreRefusedInWords) {
+TEST(ForcePlate, RefusesCornersThatAreNoRectangle) {
   const auto refused = [](const ForcePlate& plate, const std::string& words) {
     const auto axes = plate_axes(plate);
     ASSERT_FALSE(axes);

@@ -55,7 +55,7 @@ TEST(InverseKinematicsSetup, TheSetupOfAWalkIsReadWhole) {
   EXPECT_EQ(weights, 51);
 }
 
-TEST(InverseKinematicsSetup, DefaultsAreOpenSims) {
+TEST(InverseKinematicsSetup, DefaultsMatchOpenSim) {
   const TestFolder folder;
   const auto setup = read_ik_setup(
       folder.write("ik.xml",

@@ -38,7 +38,7 @@ std::string trc_error(const std::string& text) {
 
 const std::string two_rows = "1\t0.00\t1\t2\t3\t4\t5\t6\n2\t0.01\t7\t8\t9\t10\t11\t12.5\n";
 
-TEST(TrcFile, AWalkHoldsWhatAnotherProgramReads) {
+TEST(TrcFile, WalkMatchesAnotherReader) {
   const std::string file = test::shared_folder() + "/motion/gait10dof/subject01_walk.trc";
   if (!std::filesystem::exists(file)) GTEST_SKIP() << file << " is not there";
   const auto trc = read_trc(file);
@@ -154,7 +154,7 @@ TEST(TrcFile, LayoutsOfOtherProgramsAreRead) {
   EXPECT_EQ(plain.frames[1].col(1), Eigen::Vector3d(0.01, 0.011, 0.0125));
 }
 
-TEST(TrcFile, WhatIsThereWinsOverTheHeaderAndIsSaid) {
+TEST(TrcFile, RowsOverrideTheHeaderWithAWarning) {
   const auto trc = parse_trc(replaced(trc_head, "\t2\t2\tmm", "\t7\t3\tmm") + two_rows, "a.trc");
   ASSERT_TRUE(trc) << trc.error().message();
   EXPECT_EQ(trc->motion.frames.size(), 2U);
@@ -205,7 +205,7 @@ TEST(TrcFile, ALocaleWithCommasChangesNothing) {
   std::setlocale(LC_NUMERIC, before.c_str());
 }
 
-TEST(TrcFile, AMotionThatDoesNotFitItselfIsNotWritten) {
+TEST(TrcFile, RefusesToWriteAnInconsistentMotion) {
   TrcFile trc;
   trc.motion.names = {"A\tB"};
   trc.motion.times = {0};

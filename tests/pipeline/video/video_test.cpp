@@ -264,7 +264,7 @@ class VideoFile : public ::testing::Test {
   fs::path folder_;
 };
 
-TEST_F(VideoFile, HoldsWhatWasAsked) {
+TEST_F(VideoFile, HasTheRequestedSizeRateAndLength) {
   const Trajectory trajectory = flight();
   const MovingBody body = flying_box(trajectory);
   const VideoOptions options{.width = 322, .height = 180, .rate = 30, .speed = 0.5};
@@ -282,7 +282,7 @@ TEST_F(VideoFile, HoldsWhatWasAsked) {
   EXPECT_NEAR(std::atof(probed("duration").c_str()), 31 / 30.0, 0.002);
 }
 
-TEST_F(VideoFile, IsNotThereIfStopped) {
+TEST_F(VideoFile, IsNotWrittenIfStopped) {
   const Trajectory trajectory = flight();
   const MovingBody body = flying_box(trajectory);
   const auto stopped = write_video(folder_ / "a.mp4", body, {.width = 320, .height = 180},
