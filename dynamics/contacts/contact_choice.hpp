@@ -12,10 +12,11 @@
 
 namespace borelli {
 
+/// The chosen modes.
 struct Choice {
-  bool settled = false;
-  int jammed = -1;  ///< contact that no force can keep from closing (Painleve); -1: none
-  std::vector<ContactMode> modes;
+  bool settled = false;            ///< false: the forces do not converge
+  int jammed = -1;                 ///< contact that no force can keep from closing (Painleve); -1: none
+  std::vector<ContactMode> modes;  ///< one per contact
 };
 
 /// `contacts`: n closed contacts that neither approach nor separate. Its `velocity` holds the accelerations

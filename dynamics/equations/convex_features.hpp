@@ -35,6 +35,7 @@ struct NearFeatures {
     if (count < int(all.size())) all[std::size_t(count++)] = feature;
   }
 };
+/// n: the contact's normal, unit, world.
 NearFeatures features_near(const PlacedConvex& shape, const Eigen::Vector3d& n);
 
 /// The point of a part farthest along the normal, world. On a line: at its middle.

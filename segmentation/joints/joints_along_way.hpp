@@ -20,6 +20,7 @@ struct JointsAlongWay {
   double end = 0;            ///< ankle or wrist
 };
 
+/// Joints on a leg's or an arm's path. `scale`: the body's size, see Trunk.
 JointsAlongWay leg_joints(const LimbWay& way, double scale);
 JointsAlongWay arm_joints(const LimbWay& way, double scale);
 
