@@ -42,13 +42,13 @@ TEST(ConstraintSolver, AgreesWithTheSaddlePointSystem) {
   EXPECT_LT((w.multipliers - x.tail(m)).norm(), 1e-12 * x.norm());
 }
 
-// Many loops, each tied to the next: their rows share little, and are kept so.
+// Many loops, each tied to the next: their Gram matrix is sparse and stays so.
 TEST(ConstraintSolver, AgreesWithTheSaddlePointSystemOverManyLoops) {
   const System system = compiled(sample("four_bar_40.toml"));
   State state = system.initial;
   Workspace w(system);
   need(assemble(system, system.parameters, state, w));
-  state.v.setLinSpaced(-1, 2);  // any velocities: what they ask of the rows differs from loop to loop
+  state.v.setLinSpaced(-1, 2);  // velocities that differ from loop to loop
   ASSERT_FALSE(accelerate(system, system.parameters, 0, state.q.data(), state.v.data(), {}, w));
   const int n = system.nv, m = w.solver.rank();
   ASSERT_EQ(m, 80);
@@ -108,7 +108,7 @@ TEST(ConstraintSolver, GivesLeastNormMultipliersForDependentRows) {
   const Workspace twice = accelerated(system, state), single = accelerated(once, state);
   EXPECT_EQ(twice.solver.rank(), 3);
   EXPECT_LT((twice.a - single.a).norm(), 1e-11);
-  // two equal constraints bear half each: of all sharings the one with the least squares
+  // two equal constraints share the load equally, the least-squares solution
   EXPECT_LT((twice.multipliers.head(3) - single.multipliers / 2).norm(), 1e-11);
   EXPECT_LT((twice.multipliers.tail(3) - single.multipliers / 2).norm(), 1e-11);
 }

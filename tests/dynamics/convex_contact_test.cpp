@@ -1,5 +1,5 @@
-// Contacts of convex shapes: distances against closed forms, against points of both shapes that prove them,
-// and against MuJoCo; their rows against central differences; motions against closed forms.
+// Contacts of convex shapes. Distances: against closed forms, bounds from points of both shapes, and MuJoCo.
+// Rows: against central differences. Motions: against closed forms.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -71,7 +71,7 @@ struct TestPair {
   ConvexTouch touch() const { return touch_of(*a.convex, a.X, *b.convex, b.X, count); }
 };
 
-/// Two shapes; a moved away from b until their gap is `gap`.
+/// Two shapes; a is moved away from b until their gap is `gap`.
 TestPair pair_at(Random& random, int first, int second, double gap) {
   const Form fa = random_form(random, first), fb = random_form(random, second);
   TestPair out{{fa, make_convex(at_origin(fa)), random_pose(random, 1)},
@@ -86,7 +86,7 @@ TestPair pair_at(Random& random, int first, int second, double gap) {
   return out;
 }
 
-/// How far a point lies outside a shape, by its equation; about: exact on the surface.
+/// Distance of a point outside a shape by its equation; approximate away from the surface.
 double outside(const Placed& one, const Vector3d& p_W) {
   const Vector3d p = one.X.inverse() * p_W;
   if (const auto* box = std::get_if<Box>(&one.form)) return (p.cwiseAbs() - box->size / 2).maxCoeff();
@@ -105,7 +105,7 @@ double outside(const Placed& one, const Vector3d& p_W) {
   return most;
 }
 
-/// A point of the shape: from its surface at random. (The origin may lie outside of a hull of random points.)
+/// A random point of the shape's surface. (The origin may lie outside a hull of random points.)
 Vector3d some_point(const Placed& one, Random& random) {
   const Vector3d d(random.number(-1, 1), random.number(-1, 1), random.number(-1, 1));
   const Vector3d centre = one.convex->centre;
@@ -115,8 +115,8 @@ Vector3d some_point(const Placed& one, Random& random) {
   return one.X * Vector3d(centre + low * d);
 }
 
-// A gap is proven from both sides: no point of one shape is farther across the plane than it says, and two
-// points of the shapes are as near as it says.
+// A gap is bounded from both sides: the plane separates the shapes by at least the gap, and two points of the
+// shapes are that close.
 TEST(ConvexTouch, GapsAreProvenByPointsOfBothShapes) {
   Random random(1);
   for (int first = 0; first < 6; ++first)
@@ -142,7 +142,7 @@ TEST(ConvexTouch, GapsAreProvenByPointsOfBothShapes) {
           nearest = std::min(nearest, std::max(outside(on_b ? pair.b : pair.a, point.p),
                                                outside(on_b ? pair.a : pair.b, other)));
         }
-        // a cylinder's end is a polygon of 24 corners in clipping, inside its rim
+        // clipping uses a polygon of 24 corners within the cylinder's rim
         EXPECT_LE(nearest, 1e-8) << which;
       }
 }
@@ -218,7 +218,7 @@ Constraint on_floor(const std::string& a, const Form& form, double friction) {
 
 #ifdef BORELLI_MUJOCO
 
-/// MuJoCo's least distance of the two geoms; nothing: it sees no contact.
+/// MuJoCo's least distance of the two geoms; empty if it finds no contact.
 std::optional<double> of_mujoco(const TestPair& pair) {
   const auto geom = [](const Placed& one) {
     const Quaternion q = quaternion(one.X.R);
@@ -277,7 +277,7 @@ TEST(ConvexTouch, OverlapsWhereMujocoSeesContacts) {
         ASSERT_EQ(found.has_value(), gap < 0) << which;
         if (!found) continue;
         if (first == 1) {
-          EXPECT_NEAR(*found, gap, 1e-9) << which;  // closed forms there
+          EXPECT_NEAR(*found, gap, 1e-9) << which;  // MuJoCo has closed forms for these
         }
         if (first == 0) {
           EXPECT_NEAR(depth_of_boxes(pair), -gap, 1e-12) << which;
@@ -373,7 +373,7 @@ TEST(ConvexContacts, BoxTipsBeyondWidthOverHeight) {
     if (factor < 1)
       EXPECT_LT(turned, 1e-6);
     else
-      // about the edge: I angle'' = m g (h/2 sin - w/2 cos), which grows as cosh: at least a t^2 / 2
+      // about the edge I angle'' = m g (h/2 sin - w/2 cos), so the angle grows as cosh: at least a t^2 / 2
       EXPECT_GT(2 * turned, 0.5 * g * (h / 2 * std::sin(tilt) - w / 2 * std::cos(tilt)) /
                                 ((w * w + h * h) / 3) * 0.25 * 0.98);
     EXPECT_TRUE(path.certificate.trusted) << path.certificate.reason;
@@ -432,7 +432,7 @@ TEST(ConvexContacts, StackOfFiveBoxesRestsAndCarriesItsWeight) {
   const Form brick = Box{{0.4, 0.3, 0.2}};
   Scene scene;
   for (int i = 0; i < 5; ++i) {
-    // turned against each other: the shared areas have eight corners
+    // turned about the vertical: the shared areas have eight corners
     scene.solids.push_back(body_of(fmt::format("b{}", i), 1 + i, brick,
                                    {rotation_about(Vector3d::UnitZ(), 0.4 * i), {0, 0, 0.1 + 0.2 * i}}));
     scene.constraints.push_back(

@@ -1,4 +1,4 @@
-// The examples of docs/adding_a_kind.md, as they stand there: they compile, are short, and do what they say.
+// The examples of docs/adding_a_kind.md, taken from the page: they compile, are short, and work as described.
 #include <fstream>
 
 #include "dynamics/constraints/local_coordinates.hpp"

@@ -1,5 +1,5 @@
-// A, B and Q: B against the paper's equation 11, the whole against Lagrange's equations of a double pendulum
-// written out by hand, and the parts of driven coordinates.
+// A, B and Q: B against the paper's equation 11; all against Lagrange's equations of a double pendulum by
+// hand; and the terms of driven coordinates.
 #include "dynamics/equations/lagrange.hpp"
 
 #include "dynamics/equations/equations.hpp"
@@ -63,7 +63,7 @@ TEST(Lagrange, BiasEqualsThePapersEquation11) {
   }
 }
 
-TEST(Lagrange, MassMatrixDerivativeMatchesDifferences) {  // so that the test above rests on A itself
+TEST(Lagrange, MassMatrixDerivativeMatchesDifferences) {  // the test above relies on it
   const System system = compiled(random_tree(3, {}));
   const State state = Random(53).state(system);
   const auto terms = [&](const Eigen::VectorXd& q) {

@@ -1,4 +1,5 @@
-// Against SciPy's make_interp_spline(k=5) with third and fourth derivatives zero at both ends.
+// The quintic spline against SciPy's make_interp_spline(k=5) with zero third and fourth derivatives at both
+// ends.
 #include "dynamics/inverse/quintic_spline.hpp"
 
 #include <gtest/gtest.h>
@@ -53,7 +54,7 @@ TEST(QuinticSpline, ErrorInTheMiddleFallsWithTheSixthPowerOfTheStep) {
       error = std::max({error, std::abs(value[0] - std::sin(3 * t)), std::abs(value[1] - std::exp(-t))});
     }
     if (before > 0) {
-      EXPECT_GT(before / error, 40);  // 2^6 = 64, less what the ends send in
+      EXPECT_GT(before / error, 40);  // 2^6 = 64, less the effect of the ends
     }
     before = error;
   }
