@@ -1,4 +1,4 @@
-// BVH files: a real one, files written by hand in the odd layouts that are about, and what must be refused.
+// BVH files: a real one, hand-written files in unusual layouts, and refusals.
 #include "pipeline/recordings/bvh_file.hpp"
 
 #include <gtest/gtest.h>

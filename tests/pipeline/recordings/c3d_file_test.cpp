@@ -52,7 +52,7 @@ TEST_P(C3dFileOf, ValuesRoundTrip) {
   for (int i = 0; i < 4; ++i) {
     EXPECT_DOUBLE_EQ(file.markers.times[static_cast<std::size_t>(i)], (10 + i) / 100.0);
     const auto& frame = file.markers.frames[static_cast<std::size_t>(i)];
-    // 1500.25 mm is a whole number of 0.05 mm; rounding of 24 bits elsewhere
+    // 1500.25 mm is a multiple of 0.05 mm; otherwise rounding of 24 bits
     EXPECT_LT((frame.col(0) - Vector3d(0.1 + i * 0.001, -0.2, 1.50025)).norm(), 1e-7);
     if (i == 2)
       EXPECT_TRUE(frame.col(1).array().isNaN().all()) << "a gap is NaN, never zero";

@@ -121,7 +121,7 @@ TEST(C3dLayout, LongRecordingsAreCountedByTheirOwnParameters) {
     w.integers("TRIAL:ACTUAL_START_FIELD", {2, 0}, {2});
     w.integers("TRIAL:ACTUAL_END_FIELD", {70001 - 65536, 1}, {2});
   };
-  for (const int counted : {65535, frames - 65536}) {  // as the guide says, and as some programs do
+  for (const int counted : {65535, frames - 65536}) {  // as in the guide, and as some programs write
     const auto layout =
         layout_of(with([&](C3dWriter& w) { trial(w), w.integer("POINT:FRAMES", counted); }), warnings);
     EXPECT_EQ(layout->frames, frames);

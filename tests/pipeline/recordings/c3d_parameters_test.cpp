@@ -108,7 +108,7 @@ TEST(C3dParameters, GarbageBehindTheSectionIsNoParameter) {
   writer.integer("POINT:USED", 3);
   std::string bytes = writer.bytes();
   const auto end = bytes.find("DATA_START") + std::string("DATA_START").size();
-  bytes[end] = 30;  // the next record is said to be further on, where bytes without sense stand
+  bytes[end] = 30;  // points to the next record at meaningless bytes
   bytes.replace(end + 30, 6, "\x03\x02\x01\x07\x05\x01");
   std::vector<std::string> warnings;
   const auto read = read_c3d_parameters(bytes, 512, 1024, C3dProcessor::intel, "a.c3d", warnings);

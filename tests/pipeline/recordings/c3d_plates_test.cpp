@@ -22,7 +22,7 @@ const std::vector<double> corners_mm = {1300, 700, 0, 1300, 300, 0, 700, 300, 0,
 
 struct PlateFile {
   int type = 2;
-  std::vector<double> channels;  // as they shall be read: N, N mm or N m, mm
+  std::vector<double> channels;  // values to be read: N, N mm or N m, mm
   std::vector<double> origin{0, 0, -40};
   std::vector<std::string> units{"N", "N", "N", "Nmm", "Nmm", "Nmm"};
   std::vector<double> matrix;
@@ -106,7 +106,7 @@ TEST(C3dPlates, TypeThreeHasEightChannels) {
   plate.type = 3;
   const double a = 150, b = 240;
   plate.origin = {a, b, -40};
-  // x of the point: a (Fz1 + Fz4 - Fz2 - Fz3) / Fz; the twist by two opposite forces along x
+  // x of the point: a (Fz1 + Fz4 - Fz2 - Fz3) / Fz; the twist comes from two opposite forces along x
   const double near = -force_n / 4 * (1 + arm_mm / a), far = -force_n / 4 * (1 - arm_mm / a);
   const double couple = 1000 * twist_nm / (2 * b);
   plate.channels = {couple, -couple, 0, 0, near, far, far, near};

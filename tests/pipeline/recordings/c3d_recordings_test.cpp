@@ -1,6 +1,6 @@
 // Two recordings of a stair with four plates (Vicon Nexus, Plug-in Gait; public sample data of pyCGM, files
-// Static_trial.c3d and Movement_trial.c3d). Expected values: points, outputs and channels as a reader of 60 lines of
-// NumPy prints them, which shares nothing with this one; forces as ezc3d's module ForcePlatforms gives them.
+// Static_trial.c3d and Movement_trial.c3d). Expected values: points, outputs and channels from an independent
+// reader of 60 lines in NumPy, and forces from ezc3d's module ForcePlatforms.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -146,8 +146,8 @@ TEST_F(C3dRecording, PlatesMatchTheGroundReactionOfViconsModel) {
   EXPECT_LT(deviation("LGroundReactionForce", 0, 262, 300), 10);
 }
 
-// Newton: mean vertical force = m (g + change of the mass centre's velocity / time). The plates' noise of four times
-// 5 to 10 N and the mass that someone typed in leave 8 %.
+// Newton: mean vertical force = m (g + change of the mass centre's velocity / time). The noise of four
+// plates, 5 to 10 N each, and the typed-in mass allow for 8 %.
 TEST_F(C3dRecording, PlatesCarryTheBodyOnTheStair) {
   const C3dFile file = read("Movement_trial.c3d");
   const auto velocity = [&](std::size_t frame) {

@@ -1,5 +1,5 @@
-// External loads against OpenSim's example of a walk, and files written by hand from the description of
-// OpenSim's ExternalForce.
+// External loads: OpenSim's example of a walk, and hand-written files after the description of OpenSim's
+// ExternalForce.
 #include "pipeline/recordings/external_loads.hpp"
 
 #include <gtest/gtest.h>
@@ -58,7 +58,7 @@ TEST(ExternalLoads, WalkHasTheColumnsOfItsTable) {
   EXPECT_EQ(right.force_body, "ground");
   EXPECT_EQ(right.point_body, "ground");
   ASSERT_EQ(right.measured.times.size(), 1501U);
-  // the table's first row, as it stands in the file
+  // the table's first row in the file
   EXPECT_EQ(right.measured.force.col(0), Eigen::Vector3d(101.5119767, 745.4661142, -47.44870554));
   EXPECT_EQ(right.measured.point.col(0), Eigen::Vector3d(0.37898285, -0.0075, 0.12774652));
   EXPECT_EQ(left.measured.force.col(0), Eigen::Vector3d(17.26938127, 20.49185173, -7.46930128));
@@ -122,9 +122,9 @@ TEST(ExternalLoads, IdentifiersFindThreeColumnsInTheOrderOfTheirEndings) {
   };
   using Indices = std::vector<Eigen::Index>;
   EXPECT_EQ(columns("f"), (Indices{1, 0, 2}));
-  EXPECT_EQ(columns("g"), (Indices{4, 5, 3}));  // four begin so; three have an axis after a dot
+  EXPECT_EQ(columns("g"), (Indices{4, 5, 3}));  // four columns begin so; three have an axis after a dot
   EXPECT_EQ(columns("g."), (Indices{4, 5, 3}));
-  EXPECT_EQ(columns("h"), (Indices{7, 8, 9}));  // as they stand
+  EXPECT_EQ(columns("h"), (Indices{7, 8, 9}));  // in the file's order
   EXPECT_FALSE(identified_columns(table, "h", "")->in_order);
   EXPECT_EQ(columns("k"), (Indices{12, 13, 14}));
   EXPECT_EQ(identified_columns(table, "i", "a.xml:1").error().message(),

@@ -1,5 +1,5 @@
-// OpenSim's tables against numbers that another program (Python with NumPy) read from the same files, and files
-// written by hand in the layouts of OpenSim's and SIMM's own.
+// OpenSim's tables against numbers that Python with NumPy read from the same files, and hand-written files in
+// OpenSim's and SIMM's layouts.
 #include "pipeline/recordings/motion_table_file.hpp"
 
 #include <gtest/gtest.h>

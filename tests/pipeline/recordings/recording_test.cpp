@@ -1,4 +1,4 @@
-// Recordings told apart by their content, and force plates found in tables.
+// Kinds of recordings recognised by their content, and force plates found in tables.
 #include "pipeline/recordings/recording.hpp"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// TRC files against numbers that another program (Python with NumPy) read from the same files, and files
-// written by hand in the layouts that OpenSim's own test files have.
+// TRC files against numbers that Python with NumPy read from the same files, and hand-written files in the
+// layouts of OpenSim's test files.
 #include "pipeline/recordings/trc_file.hpp"
 
 #include <gtest/gtest.h>
@@ -100,7 +100,7 @@ TEST(TrcFile, GapsAreNotZeros) {
                                  "2\t0.01\t NaN\tnan\t-nan\t4\t5\t6\n"  // words, with blanks
                                  "3\t0.02\t1\t2\t3\n"                   // a row that ends early
                                  "4\t0.03\n"                            // without any marker
-                                 "5\t0.04\t1\t2\t\t4\t5\t6\t\t\n");     // a coordinate lacks; tabs at the end
+                                 "5\t0.04\t1\t2\t\t4\t5\t6\t\t\n");  // a missing coordinate; tabs at the end
   ASSERT_EQ(motion.frames.size(), 5U);
   const auto seen = [&](int frame, int marker) { return motion.frames[frame].col(marker).allFinite(); };
   const auto gap = [&](int frame, int marker) {
