@@ -7,7 +7,8 @@
 
 namespace borelli {
 
-/// A shape at its place in the world. `side`: 1 or -1: its outward normal is `side` times that of the contact.
+/// A shape at its place in the world. `side`: 1 or -1: its outward normal is `side` times that of the
+/// contact.
 struct PlacedConvex {
   const Convex* convex;
   Pose X;  ///< X_WF

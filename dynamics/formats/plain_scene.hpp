@@ -26,8 +26,8 @@ struct PlainJoint {
   std::vector<double> q, v;         ///< at the start
   double armature = 0;
   std::optional<Range> range;  ///< of hinges and slides
-  /// Springs and dampers: -stiffness q + pull - damping dq/dt. For a ball: the torque of a TorsionSpring whose
-  /// rest is the quaternion `rest` of the ball.
+  /// Springs and dampers: -stiffness q + pull - damping dq/dt. For a ball: the torque of a TorsionSpring
+  /// whose rest is the quaternion `rest` of the ball.
   double stiffness = 0, damping = 0, pull = 0;
   std::optional<Quaternion> rest;
 

@@ -34,8 +34,8 @@ struct PageColumn {
   enum class Look { name, number, words } look = Look::name;  ///< words: sentences, which are wrapped
 };
 
-/// A table that scrolls within itself. Its cells are HTML; the first of a row heads it. `caption`: HTML, may be
-/// empty.
+/// A table that scrolls within itself. Its cells are HTML; the first of a row heads it. `caption`: HTML, may
+/// be empty.
 std::string page_table(std::string_view caption, const std::vector<PageColumn>& columns,
                        const std::vector<std::vector<std::string>>& rows);
 

@@ -20,8 +20,8 @@ namespace borelli {
 Scene with_landmark_markers(Scene scene, const PartInertials& present, const Landmarks& landmarks);
 
 /// Comments: the scan, how the table was made, the standard deviations of each part's mass, gravity centre
-/// (m) and tensor (kg m^2) in patient axes, and of the joint centres (mm). Frames: the anatomical axes of each
-/// part. Meshes: `mesh_files`, named after their parts; coordinates in patient axes, m.
+/// (m) and tensor (kg m^2) in patient axes, and of the joint centres (mm). Frames: the anatomical axes of
+/// each part. Meshes: `mesh_files`, named after their parts; coordinates in patient axes, m.
 ModelExtras body_extras(const InertiaTable& table, const PartInertials& present, const Landmarks& landmarks,
                         const std::vector<std::filesystem::path>& mesh_files);
 

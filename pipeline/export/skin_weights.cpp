@@ -38,7 +38,8 @@ struct BoneWeights {
 /// Bones from one pose to another at equal intervals.
 using Chain = std::vector<std::size_t>;
 
-/// The bones stand at equal steps from z = 0 to 1. Adds `scale` times linear weights of the two bones beside z.
+/// The bones stand at equal steps from z = 0 to 1. Adds `scale` times linear weights of the two bones beside
+/// z.
 void add_ramp(BoneWeights& to, const Chain& chain, double z, double scale) {
   const double u = std::clamp(z, 0.0, 1.0) * (static_cast<double>(chain.size()) - 1);
   const auto below = std::min(static_cast<std::size_t>(u), chain.size() - 2);

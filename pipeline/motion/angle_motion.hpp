@@ -20,8 +20,8 @@ struct AngleMotion {
   std::vector<std::string> warnings;
 };
 
-/// Positions of the body at the table's times. `body`: the system of a skeleton that starts in the scan's pose
-/// (build_skeleton).
+/// Positions of the body at the table's times. `body`: the system of a skeleton that starts in the scan's
+/// pose (build_skeleton).
 ///   own      Columns of the body's coordinates, as `run` and `ik` write them (positions_in).
 ///   OpenSim  Columns by data/coordinate_names.csv. At zero, OpenSim's models and this body stand in the
 ///            anatomical position, with X forwards, Y up, Z to the right (joint_axes.hpp). The ground's Y

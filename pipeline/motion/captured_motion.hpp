@@ -42,8 +42,8 @@ struct CapturedAngles {
 };
 
 struct CapturedMotionRequest {
-  /// Whether the recorded person is another than the scanned one. Then the motion is fitted to the body's size,
-  /// its feet are set on the ground, and forces scale with its mass (motion_transfer.hpp).
+  /// Whether the recorded person is another than the scanned one. Then the motion is fitted to the body's
+  /// size, its feet are set on the ground, and forces scale with its mass (motion_transfer.hpp).
   bool other_person = false;
   /// Whether the motion also determines the markers' places on the body (marker_calibration.hpp), not the
   /// trial alone.

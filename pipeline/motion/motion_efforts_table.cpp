@@ -19,7 +19,8 @@ using Eigen::VectorXd;
 
 namespace {
 
-/// The coordinate that a column names: the name itself, or the last part but one of a path of OpenSim's states.
+/// The coordinate that a column names: the name itself, or the last part but one of a path of OpenSim's
+/// states.
 std::string coordinate_of(const std::string& column) {
   if (!column.ends_with("/value")) return column;
   const std::string path = column.substr(0, column.size() - 6);

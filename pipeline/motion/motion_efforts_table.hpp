@@ -55,8 +55,8 @@ struct RecordedEfforts {
 };
 
 /// At the table's times within the range. A load's force, point and moment are interpolated linearly between
-/// its samples and zero outside of them; where the point is not known, the force is left out. Errors: a load on
-/// a solid that the model does not have; as RecordedMotion.
+/// its samples and zero outside of them; where the point is not known, the force is left out. Errors: a load
+/// on a solid that the model does not have; as RecordedMotion.
 Result<RecordedEfforts> efforts_of(const System& system, const RecordedPositions& positions,
                                    const std::vector<ExternalLoad>& loads,
                                    const MotionEffortsRequest& request);

@@ -159,8 +159,8 @@ void unwind(const System& system, VectorXd& q) {
                      std::remainder(q[c.q_index] - system.initial.q[c.q_index], 2 * std::numbers::pi);
 }
 
-/// The fit of the first frame from the scene's initial positions. If it is far from the markers (a fiftieth of
-/// the scene's size), the best of fits from other attitudes that is nearer by half.
+/// The fit of the first frame from the scene's initial positions. If it is far from the markers (a fiftieth
+/// of the scene's size), the best of fits from other attitudes that is nearer by half.
 Result<VectorXd> find_start(const System& system, MarkerFit& fit, double t, const Matrix3Xd& measured,
                             const VectorXd& values) {
   VectorXd best = system.initial.q;

@@ -45,12 +45,12 @@ struct MotionFit {
 Result<MotionFit> fit_motion(const Scene& scene, const System& system, const MarkerMotion& recording,
                              const MotionFitRequest& request);
 
-/// The turn from a recording's axes to the scene's: the smallest that brings `up` (unit, in the recording's axes)
-/// against gravity. Identity without `up` or gravity.
+/// The turn from a recording's axes to the scene's: the smallest that brings `up` (unit, in the recording's
+/// axes) against gravity. Identity without `up` or gravity.
 Eigen::Matrix3d turn_to_scene(const Scene& scene, const std::optional<Eigen::Vector3d>& up);
 
-/// The fit as a table with a column for each coordinate (four for a ball, its quaternion's w, x, y, z), angles
-/// in degrees.
+/// The fit as a table with a column for each coordinate (four for a ball, its quaternion's w, x, y, z),
+/// angles in degrees.
 MotionTable table_of(const System& system, const MotionFit& fit);
 
 /// Per frame: sum of squares (m^2), root mean square, largest error (m), then each marker's error (m), with

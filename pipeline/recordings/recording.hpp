@@ -29,14 +29,15 @@ struct RecordedForces {
   std::vector<std::string> warnings;
 };
 
-/// Reads ground forces: a table (.mot, .sto; see forces_in), OpenSim's external loads (.xml; the forces alone, not
-/// the bodies that it names), or the plates of a C3D file. Errors: no force; external loads in the axes of a body.
+/// Reads ground forces: a table (.mot, .sto; see forces_in), OpenSim's external loads (.xml; the forces
+/// alone, not the bodies that it names), or the plates of a C3D file. Errors: no force; external loads in the
+/// axes of a body.
 Result<RecordedForces> read_forces(const std::filesystem::path& path);
 
 /// Force plates in a table without a set-up that says which columns they are: each triple whose names end in
-/// "_vx", "_vy", "_vz" is a force; its point ends in "_px" ...; its moment has "torque" for "force" and ends in
-/// "_x" ... or "_mx" .... Without moments they are zero. Where force and point are zero, the point is not known.
-/// Errors: no such triple; a force without a point.
+/// "_vx", "_vy", "_vz" is a force; its point ends in "_px" ...; its moment has "torque" for "force" and ends
+/// in "_x" ... or "_mx" .... Without moments they are zero. Where force and point are zero, the point is not
+/// known. Errors: no such triple; a force without a point.
 Result<std::vector<MeasuredForce>> forces_in(const MotionTable& table);
 
 }  // namespace borelli

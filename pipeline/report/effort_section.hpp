@@ -18,8 +18,8 @@ struct EffortSection {
   std::string html;
 };
 
-/// `efforts` as effort_report (pipeline/motion) makes it. Errors name the coordinate or force whose values are
-/// missing or of another number than "times".
+/// `efforts` as effort_report (pipeline/motion) makes it. Errors name the coordinate or force whose values
+/// are missing or of another number than "times".
 Result<EffortSection> effort_section(const nlohmann::json& efforts);
 
 }  // namespace borelli

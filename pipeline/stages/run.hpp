@@ -85,9 +85,9 @@ struct RunSettings {
   std::string settings_text;  ///< the user's settings, saved as settings.toml; empty: not saved
 };
 
-/// Runs the stages that are not done yet and returns run.json. A machine that cannot draw (render.hpp) makes no
-/// picture, only a warning. Errors before any work: missing inputs, a folder that cannot be written or is locked by another
-/// run.
+/// Runs the stages that are not done yet and returns run.json. A machine that cannot draw (render.hpp) makes
+/// no picture, only a warning. Errors before any work: missing inputs, a folder that cannot be written or is
+/// locked by another run.
 Result<nlohmann::json> run(const RunSettings& settings, bool force, const StageObserver& observer = {});
 
 }  // namespace borelli

@@ -23,9 +23,9 @@ struct DicomLabelOptions {
   std::string version;  ///< of the program, for the module Enhanced General Equipment
 };
 
-/// Coordinates have at most 16 characters, which is DICOM's limit. Errors: the labels are on another grid than the
-/// source; no voxel has a label; rows and columns are not at right angles; a name has over 64 bytes or a backslash;
-/// there are over 65535 rows or columns, or over 4 GiB of bits; those of write_dicom.
+/// Coordinates have at most 16 characters, which is DICOM's limit. Errors: the labels are on another grid
+/// than the source; no voxel has a label; rows and columns are not at right angles; a name has over 64 bytes
+/// or a backslash; there are over 65535 rows or columns, or over 4 GiB of bits; those of write_dicom.
 Result<void> write_dicom_labels(const std::string& path, const LabelMap& labels,
                                 const DicomLabelOptions& options);
 

@@ -245,8 +245,8 @@ std::optional<double> of_mujoco(const TestPair& pair) {
   return least;
 }
 
-/// Least depth of two boxes that overlap, m, by the separating axis theorem (Gottschalk, Lin and Manocha, OBBTree,
-/// SIGGRAPH 1996): over the normals of their faces and the normals across an edge of each.
+/// Least depth of two boxes that overlap, m, by the separating axis theorem (Gottschalk, Lin and Manocha,
+/// OBBTree, SIGGRAPH 1996): over the normals of their faces and the normals across an edge of each.
 double depth_of_boxes(const TestPair& pair) {
   const auto reach = [](const Placed& one, const Vector3d& n) {
     const Vector3d along = one.X.R.transpose() * n;
@@ -290,8 +290,8 @@ TEST(ConvexTouch, OverlapsWhereMujocoSeesContacts) {
 class ConvexRows : public testing::TestWithParam<std::tuple<int, int>> {};
 
 // (Without cylinders over boxes: where the rim cuts the corner, its rows count it as fixed in its shape.)
-// Central differences of the gap and its rate, for the nearest point. (A corner that both shapes cut, over faces
-// that are not parallel, is farther; its rows count it as fixed in its shape.)
+// Central differences of the gap and its rate, for the nearest point. (A corner that both shapes cut, over
+// faces that are not parallel, is farther; its rows count it as fixed in its shape.)
 TEST_P(ConvexRows, AreTheDerivativesOfTheGap) {
   const auto [first, second] = GetParam();
   Random random(unsigned(10 * first + second + 3));
@@ -401,8 +401,8 @@ TEST(ConvexContacts, CylinderRollsDownASlopeAtTwoThirds) {
   }
 }
 
-// An ellipsoid rests on the end of its shortest half axis c. Rocking in the plane of a and c without slip, the
-// potential of small turns is m g (a^2 / c - c) / 2 angle^2, the inertia about the contact I + m c^2.
+// An ellipsoid rests on the end of its shortest half axis c. Rocking in the plane of a and c without slip,
+// the potential of small turns is m g (a^2 / c - c) / 2 angle^2, the inertia about the contact I + m c^2.
 TEST(ConvexContacts, EllipsoidRocksWithTheClosedPeriod) {
   const double a = 0.3, b = 0.2, c = 0.15, m = 2, start = 0.01;
   const Form egg = Ellipsoid{{a, b, c}};

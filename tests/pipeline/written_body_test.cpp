@@ -111,8 +111,8 @@ void expect_alike_in_urdf(const Scene& body) {
   EXPECT_LT(d.acceleration, 1e-10);
 }
 
-// The OpenSim model by our reader, in terms of three angles a ball, against MuJoCo's reading of the MJCF, which
-// has the balls: A' = J^T A J, (Q - B)' = J^T (Q - B - A J' v'), J a' = a - J' v'.
+// The OpenSim model by our reader, in terms of three angles a ball, against MuJoCo's reading of the MJCF,
+// which has the balls: A' = J^T A J, (Q - B)' = J^T (Q - B - A J' v'), J a' = a - J' v'.
 void expect_alike_in_osim(const Scene& body) {
   const Folder folder;
   const System before = compiled(body),

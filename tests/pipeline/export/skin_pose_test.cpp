@@ -145,8 +145,8 @@ TEST(Deformed, ATwistLeavesTheCosineOfHalfItsShare) {
     }
 }
 
-// The zones reach 2 r into the segment of 300 mm, which leaves 140 mm. There the angle grows steadily; halfway
-// between bones 22.5 degrees apart its slope is 1.3 % larger, tan(a / 2) / (a / 2).
+// The zones reach 2 r into the segment of 300 mm, which leaves 140 mm. There the angle grows steadily;
+// halfway between bones 22.5 degrees apart its slope is 1.3 % larger, tan(a / 2) / (a / 2).
 TEST(Deformed, ATwistGrowsSteadilyAlongTheSegment) {
   const Skin skin = limb_skin(limb_joints(true), 3);
   const auto points = deformed(skin, turned(limb_joints(true), {}, {{"middle", turn_deg(90, {0, 0, 1})}}));

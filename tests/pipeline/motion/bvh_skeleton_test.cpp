@@ -24,7 +24,8 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double degree = std::numbers::pi / 180;
-// angles reach the text in degrees: a rounding of 360 * 2^-52 degrees over a chain of eight joints is 1e-14 rad
+// angles reach the text in degrees: a rounding of 360 * 2^-52 degrees over a chain of eight joints is 1e-14
+// rad
 constexpr double rounding = 1e-12;
 
 template <class T>

@@ -155,7 +155,8 @@ TEST(CapturedMotion, OtherPersonsAnglesFitTheBodysSize) {
   const auto motion =
       need(captured_motion({s.scene, {}}, s.markers, recording, {.other_person = true, .cutoff = 0}));
   EXPECT_NEAR(motion.length_ratio, 1 / 1.08, 0.01);
-  // sizes are found within their 10 % prior: a joint centre that is 5 mm off turns a limb of 0.4 m by 0.7 degrees
+  // sizes are found within their 10 % prior: a joint centre that is 5 mm off turns a limb of 0.4 m by 0.7
+  // degrees
   for (const auto& [joint, angle] : squat)
     EXPECT_LT(largest_turn(system, joint, truth, motion.positions), 0.07) << joint;
 }

@@ -1,5 +1,5 @@
-// A whole case against OpenSim: the walk of gait10dof, which is distributed with OpenSim together with its own
-// inverse kinematics and inverse dynamics.
+// A whole case against OpenSim: the walk of gait10dof, which is distributed with OpenSim together with its
+// own inverse kinematics and inverse dynamics.
 #include <gtest/gtest.h>
 
 #include <cmath>

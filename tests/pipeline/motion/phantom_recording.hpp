@@ -114,8 +114,8 @@ struct StandingPoint {
   double from, to;
 };
 
-/// Expects that points of a walking body's soles slide by less than 5 mm while they stand, and sink by less than
-/// 3 mm below the floor z = 0. The left foot's cycle begins half a cycle later.
+/// Expects that points of a walking body's soles slide by less than 5 mm while they stand, and sink by less
+/// than 3 mm below the floor z = 0. The left foot's cycle begins half a cycle later.
 inline void expect_feet_stand(const System& system, const RecordedPositions& positions,
                               const WalkTiming& timing, const FootSoles& soles,
                               const std::vector<StandingPoint>& stands) {

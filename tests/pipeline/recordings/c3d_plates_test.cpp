@@ -15,8 +15,8 @@ using Eigen::Vector3d;
 using test::C3dWriter;
 using test::has_warning;
 
-// A plate of 400 by 600 mm around (1000, 500, 0) mm whose x axis is the laboratory's y, z down. On it, 100 mm along
-// its x from the centre, a foot of 800 N that twists with 2 N m about the laboratory's z.
+// A plate of 400 by 600 mm around (1000, 500, 0) mm whose x axis is the laboratory's y, z down. On it, 100 mm
+// along its x from the centre, a foot of 800 N that twists with 2 N m about the laboratory's z.
 constexpr double force_n = 800, arm_mm = 100, twist_nm = 2;
 const std::vector<double> corners_mm = {1300, 700, 0, 1300, 300, 0, 700, 300, 0, 700, 700, 0};
 

@@ -131,8 +131,8 @@ TEST_F(C3dRecording, ForcesPointsAndFreeMomentsAreThoseOfEzc3d) {
   }
 }
 
-// Plug-in Gait stores the ground reaction of each foot in N per kg of body mass. The right foot stands alone on the
-// highest plate in frames 62 to 109, the left one on the lowest in 262 to 299. Vicon filters: 10 N.
+// Plug-in Gait stores the ground reaction of each foot in N per kg of body mass. The right foot stands alone
+// on the highest plate in frames 62 to 109, the left one on the lowest in 262 to 299. Vicon filters: 10 N.
 TEST_F(C3dRecording, PlatesMatchTheGroundReactionOfViconsModel) {
   const C3dFile file = read("Movement_trial.c3d");
   const auto deviation = [&](const std::string& name, std::size_t plate, long from, long to) {

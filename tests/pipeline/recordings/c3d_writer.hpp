@@ -1,5 +1,5 @@
-// Writes small C3D files for tests: all processors, integers and floating-point numbers, any parameters. Written from
-// the user guide (www.c3d.org) and shares no code with the reader.
+// Writes small C3D files for tests: all processors, integers and floating-point numbers, any parameters.
+// Written from the user guide (www.c3d.org) and shares no code with the reader.
 #pragma once
 
 #include <array>
