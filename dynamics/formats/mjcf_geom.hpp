@@ -38,7 +38,7 @@ class MjcfGeoms {
     std::optional<ClosedMesh> loaded{};
     std::optional<Inertial> weight{};  // of density 1
     std::optional<ClosedMesh> hull{};
-    bool no_hull = false;  // it was looked for in vain
+    bool no_hull = false;  // already searched; without `hull` there is none
   };
 
   Mesh& mesh_of(const XmlElement& geom);

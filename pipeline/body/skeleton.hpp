@@ -55,7 +55,7 @@ struct Leap {
 struct SkeletonOptions {
   std::string name = "body";
   std::optional<Leap> leap = Leap{};     ///< empty: a body at rest, without springs, for captured motion
-  std::vector<std::string> absent = {};  ///< parts told to be absent, which the scene's description names
+  std::vector<std::string> absent = {};  ///< absent parts, which the scene's description names
 };
 
 struct Skeleton {

@@ -14,7 +14,7 @@ namespace borelli {
 /// One choice of a page: a button (or an entry of a list) per value shows only the plots of that value.
 struct PageButtons {
   std::string kind;                                         ///< lowercase letters
-  std::string title;                                        ///< what is chosen, in words
+  std::string title;                                        ///< label of the choice
   std::vector<std::pair<std::string, std::string>> values;  ///< value, and the button's text
 };
 

@@ -38,7 +38,7 @@ struct CapturedRecording {
 struct CapturedAngles {
   MotionTable angles;
   std::vector<MeasuredForce> forces;  ///< in axes of their own: z up, or their mean force points up
-  std::optional<Eigen::Vector3d> up;  ///< of the forces, where their file tells
+  std::optional<Eigen::Vector3d> up;  ///< up in the forces' axes, if their file gives it
 };
 
 struct CapturedMotionRequest {

@@ -46,7 +46,7 @@ struct BvhMotion {
 ///
 /// Errors, with their line: other words than the format's; braces that do not match; no OFFSET; a name twice;
 /// a channel that is no position or rotation, or a position twice in one joint; another count of channels
-/// than told; a row with another count of numbers than channels; a frame time that is not above zero; cut
+/// than stated; a row with another count of numbers than channels; a frame time that is not above zero; cut
 /// short; too large.
 Result<BvhMotion> read_bvh(const std::filesystem::path& path);
 Result<BvhMotion> parse_bvh(std::string_view text, const std::string& file);

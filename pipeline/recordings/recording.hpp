@@ -19,8 +19,9 @@ struct Recording {
   bool joint_centres = false;  ///< the markers are joints of a BVH skeleton
 };
 
-/// Reads markers from TRC or C3D, told apart by the content, or joint centres from BVH (`bvh_unit`: metres of
-/// its unit; 0: guessed, and told). Errors as the readers', and a file of another kind.
+/// Reads markers from TRC or C3D, or joint centres from BVH; the content decides the format. `bvh_unit`:
+/// BVH's unit in metres; 0: guessed, with a warning. Errors: those of the readers, and a file of another
+/// kind.
 Result<Recording> read_recording(const std::filesystem::path& path, double bvh_unit = 0);
 
 struct RecordedForces {

@@ -169,7 +169,7 @@ TEST(Stiffness, IsIntegratedBySundials) {
   for (const char* method : {"cvode", "arkode"}) {
     for (double tolerance : {1e-6, 1e-9}) {
       const Trajectory crept = run(creeping(), settings(method, 20, 0.01, tolerance));
-      // a tolerance per step, some tens of steps that matter
+      // a tolerance per step, tens of steps that matter
       EXPECT_NEAR(last(crept.q)[0], creeping_at(20), 50 * tolerance) << method;
       EXPECT_LT(crept.certificate.steps_accepted, 3000) << method;
       EXPECT_TRUE(crept.certificate.trusted) << method << ": " << crept.certificate.reason;
@@ -417,7 +417,7 @@ TEST(Accuracy, IsMetOnAStiffSceneWithProjectedConstraints) {
 }
 
 TEST(Accuracy, IsDistrustedIfItCannotBeShown) {
-  // seven hinged links are chaotic: over 20 s rounding grows some 1e8-fold
+  // seven hinged links are chaotic: over 20 s rounding grows about 1e8-fold
   for (const bool verify : {false, true}) {
     const Certificate lost = run(chain(7, true, 1.5), to_accuracy(20, 1e-9, verify)).certificate;
     EXPECT_FALSE(lost.trusted);

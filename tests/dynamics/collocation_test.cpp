@@ -160,7 +160,7 @@ TEST_P(CollocationInRegisters, ParallelNodesConvergeToTheSequentialResult) {
 }
 
 TEST(Collocation, StiffnessShortensStepsButKeepsAccuracy) {
-  // the rounds settle while steps are shorter than some thousandths
+  // the rounds settle while steps are shorter than about thousandths
   FunctionFlow flow(1, [](double t, const Eigen::VectorXd& y, Eigen::VectorXd& dy) {
     dy[0] = -1000 * (y[0] - std::cos(t)) - std::sin(t);
   });

@@ -37,7 +37,7 @@ TEST(ConstraintSolver, AgreesWithTheSaddlePointSystem) {
   Eigen::VectorXd rest(n + m);
   rest << w.terms.Q - w.terms.B, -w.rows.E;
   const Eigen::VectorXd x = K.fullPivLu().solve(rest);
-  // rounding times the condition of the system, some 1e3
+  // rounding times the condition of the system, about 1e3
   EXPECT_LT((w.a - x.head(n)).norm(), 1e-12 * x.norm());
   EXPECT_LT((w.multipliers - x.tail(m)).norm(), 1e-12 * x.norm());
 }
@@ -93,7 +93,7 @@ TEST(ConstraintSolver, LosesOnlyTheConditionNumberNearDependence) {
     const Eigen::VectorXd x = K.fullPivLu().solve(rest).cast<double>();
     const double nearness = w.solver.nearness();
     EXPECT_LT(nearness, 2 * apart);
-    // rounding, the condition of A (some 1e3) and that of the rows; once more for multipliers
+    // rounding, the condition of A (about 1e3) and that of the rows; once more for multipliers
     EXPECT_LT((w.a - x.head(n)).norm(), 1e-13 / nearness * x.head(n).norm()) << apart;
     EXPECT_LT((w.multipliers - x.tail(m)).norm(), 1e-13 / nearness * x.tail(m).norm()) << apart;
   }

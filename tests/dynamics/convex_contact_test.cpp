@@ -314,7 +314,7 @@ TEST_P(ConvexRows, AreTheDerivativesOfTheGap) {
       scan_constraints(system, system.parameters, kinematics, rows);
       return rows;
     };
-    // differences err by h^2 times third derivatives (some 100 for the smallest roundness) and rounding / h
+    // differences err by h^2 times third derivatives (about 100 for the smallest roundness) and rounding / h
     const double h = 1e-5, tolerance = 1e-6;
     const ConstraintRows now = rows_at(0 * state.v), behind = rows_at(-h * state.v),
                          ahead = rows_at(h * state.v);

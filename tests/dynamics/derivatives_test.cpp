@@ -239,7 +239,7 @@ TEST(Derivatives, IncludeEveryEffort) {
   compare_forward(system, state, "efforts");
 }
 
-// Rounding of sums of some hundred terms, relative to the largest entry.
+// Rounding of sums of about a hundred terms, relative to the largest entry.
 constexpr double rounding = 1e-12;
 
 /// Compares at accelerations and multipliers that do not solve the equations, so that every term counts.
@@ -426,7 +426,7 @@ TEST(Derivatives, MatchTheArticulatedBodyMethod) {
     find_bodies<DualNumber>(system, system.parameters, inertials, k, articulation);
     ASSERT_TRUE(find_accelerations<DualNumber>(system, system.parameters, inertials, k, &efforts, nullptr,
                                                articulation, a.data(), drives.data()));
-    for (int j = 0; j < system.nv; ++j)  // rounding, times A's condition of some 1e3
+    for (int j = 0; j < system.nv; ++j)  // rounding, times A's condition of about 1e3
       EXPECT_NEAR(a[j].d[0], exact.acceleration_by_v(j, i),
                   1e-11 * (1 + exact.acceleration_by_v.cwiseAbs().maxCoeff()));
   }

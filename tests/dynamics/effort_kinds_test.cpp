@@ -12,7 +12,7 @@
 namespace borelli::test::effort_kinds_test {
 namespace {
 
-// Adaptive steps of 1e-11 in runs of some hundred steps.
+// Adaptive steps of 1e-11 in runs of about a hundred steps.
 constexpr double tolerance = 1e-8;
 
 SimulationSettings fine(double end) { return settings("dopri5", end, 1e-3, 1e-11); }

@@ -65,7 +65,7 @@ TEST(Equations, PowerEqualsTheRateOfEnergy) {
       return w.terms.kinetic + w.terms.potential;
     };
     const double h = 1e-5, rate = (energy(h) - energy(-h)) / (2 * h);
-    // differences: h^2 times the third derivative, rounding of some 100 J over h
+    // differences: h^2 times the third derivative, rounding of about 100 J over h
     EXPECT_NEAR(power.total(), rate, 1e-6 * (1 + std::abs(rate))) << seed;
     EXPECT_NE(power.drives, 0);
     EXPECT_NE(power.constraints, 0);

@@ -78,7 +78,7 @@ TEST(Extrapolation, ParallelRowsEqualSequentialRows) {
       return made;
     };
     const Attempt lanes = attempt(true, at_once), single = attempt(false, one_by_one);
-    // rounding, which the last rows' weights multiply by some hundreds
+    // rounding, which the last rows' weights multiply by hundreds
     EXPECT_LT((at_once - one_by_one).norm(), 1e-13) << rows;
     // it follows from the last rows' difference, with larger relative rounding
     EXPECT_NEAR(lanes.next_step, single.next_step, 1e-6 * single.next_step) << rows;

@@ -12,7 +12,7 @@
 namespace borelli::test::jacobian_test {
 namespace {
 
-// of central differences with step h: h^2 times third derivatives (some 100), and rounding / h
+// of central differences with step h: h^2 times third derivatives (about 100), and rounding / h
 constexpr double h = 1e-5, tolerance = 1e-7;
 
 State moved(const System& system, State state, const Eigen::VectorXd& x, double later = 0) {

@@ -51,7 +51,7 @@ Mover tree_with(const ConstraintKind& kind) {
   return Mover(scene);
 }
 
-// of central differences: h^2 times third derivatives (some 100), and rounding / h
+// of central differences: h^2 times third derivatives (about 100), and rounding / h
 constexpr double tolerance = 2e-7;
 
 /// Expects the rows of a form that touches a plane of solid b at p: the slip's components along the normal
@@ -134,7 +134,7 @@ TEST(KinematicConstraints, LeaningDiscRollsInACircle) {
       const double s = t.times[i];
       Eigen::VectorXd q(6);
       q << -d * std::sin(W * s), d * std::cos(W * s), r * std::sin(x), W * s, M_PI / 6, spin * s;
-      EXPECT_LT((t.q.row(i).transpose() - q).norm(), 1e-8);  // some 100 steps at 1e-10
+      EXPECT_LT((t.q.row(i).transpose() - q).norm(), 1e-8);  // about 100 steps at 1e-10
       // weight and centripetal force
       EXPECT_NEAR(t.multipliers(i, 0), mass * g, 1e-7);
       EXPECT_NEAR(t.multipliers.row(i).tail(2).norm(), mass * W * W * d, 1e-7);
@@ -159,7 +159,7 @@ void expect_turntable_motion(Scene scene, const Vector3d& gravity) {
     const Vector3d u = v - drift;
     const Vector3d place =
         start + drift * s + std::sin(w * s) / w * u + (1 - std::cos(w * s)) / w * z.cross(u);
-    EXPECT_LT((t.q.row(i).head(3).transpose() - place).norm(), 1e-8);  // some 100 steps at 1e-10
+    EXPECT_LT((t.q.row(i).head(3).transpose() - place).norm(), 1e-8);  // about 100 steps at 1e-10
   }
 }
 
@@ -188,7 +188,7 @@ TEST(KinematicConstraints, ChaplyginsSleighStraightensOut) {
       const double s = t.times[i], heading = t.q(i, 2);
       const double along = t.v(i, 0) * std::cos(heading) + t.v(i, 1) * std::sin(heading);
       const double aside = t.v(i, 1) * std::cos(heading) - t.v(i, 0) * std::sin(heading);
-      EXPECT_NEAR(along, std::tanh(s), 1e-8);  // some 100 steps at 1e-10
+      EXPECT_NEAR(along, std::tanh(s), 1e-8);  // about 100 steps at 1e-10
       EXPECT_NEAR(aside, 0, treatment == ConstraintTreatment::projection ? 1e-14 : 1e-8);
       EXPECT_NEAR(t.v(i, 2), w0 / std::cosh(s), 1e-8);
       EXPECT_NEAR(heading, w0 * 2 * std::atan(std::tanh(s / 2)), 1e-8);

@@ -57,7 +57,7 @@ TEST(Lagrange, BiasEqualsThePapersEquation11) {
               k.u[j] * k.u[g] *
               (mass_matrix_derivative(system, k, i, g, j) - 0.5 * mass_matrix_derivative(system, k, j, g, i));
       }
-      // rounding of some hundreds of terms up to 1e2
+      // rounding of hundreds of terms up to 1e2
       EXPECT_NEAR(w.terms.B[i], B, 1e-11) << "seed " << seed << ", coordinate " << i;
     }
   }
@@ -114,7 +114,7 @@ TEST(Lagrange, DoublePendulumObeysItsExplicitEquations) {
       const State state = random.state(system);
       const Evaluation ours = need(evaluate(system, state));
       const Eigen::Vector2d a = double_pendulum(1, m2, 1, 0.5, 0.3, 1.0 / 12, 0.05 * m2, state.q, state.v);
-      // rounding, times the condition of M: some 10 times the ratio of the masses
+      // rounding, times the condition of M: about 10 times the ratio of the masses
       EXPECT_LT((ours.acceleration - a).norm(), 1e-14 * a.norm() * (100 + 10 * m2)) << m2;
     }
   }

@@ -13,7 +13,7 @@
 namespace borelli::test::scan_test {
 namespace {
 
-// of central differences with step h: h^2 times third derivatives (some 100), and rounding / h
+// of central differences with step h: h^2 times third derivatives (about 100), and rounding / h
 constexpr double h = 1e-5, tolerance = 2e-7;
 
 /// A system with its state, evaluated at displaced states.
@@ -240,7 +240,7 @@ TEST_P(ConstraintKinds, DynamicsDerivativesMatchDifferences) {
     return need(evaluate(system, state)).acceleration;
   };
   const Eigen::VectorXd zero = Eigen::VectorXd::Zero(system.nv);
-  // differences with step h: h^2 times third derivatives over those of the first (some 1e3), rounding / h
+  // differences with step h: h^2 times third derivatives over those of the first (about 1e3), rounding / h
   const double scale = 1 + exact.acceleration_by_q.norm() + exact.acceleration_by_v.norm();
   for (int i = 0; i < system.nv; ++i) {
     const Eigen::VectorXd x = h * Eigen::VectorXd::Unit(system.nv, i);

@@ -55,7 +55,7 @@ void compare(const System& system, const Parameters& p, const State& state, cons
     return;
   }
   const LagrangeTerms &l = w.lagrange.terms, &r = w.recursive.terms;
-  // sums of some hundred terms: 1e-14 each of the largest
+  // sums of about a hundred terms: 1e-14 each of the largest
   const Rows A = l.A.selfadjointView<Eigen::Lower>();
   EXPECT_LT(relative(r.A.selfadjointView<Eigen::Lower>(), A), 1e-12) << which;
   EXPECT_LT(relative(r.B, l.B), 1e-12) << which;

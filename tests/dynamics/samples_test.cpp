@@ -151,7 +151,7 @@ TEST(Samples, DoublePendulumMatchesMuJoCo) {
   scene.simulation.tolerance = 1e-12;
   const Trajectory fine = run(scene);
   for (int i = 0; i < 2; ++i) {
-    // both of fourth order: 1e5 steps of 1e-4 s, (1e-4)^4 a second with a factor of some hundreds, and
+    // both of fourth order: 1e5 steps of 1e-4 s, (1e-4)^4 a second with a factor of hundreds, and
     // rounding
     EXPECT_NEAR(last(fine, i), data->qpos[i], 1e-9);
     EXPECT_NEAR(last_velocity(fine, i), data->qvel[i], 1e-8);

@@ -68,7 +68,7 @@ TEST(Chain, ReachesTheReferenceStates) {
   EXPECT_LT((last(end2.q) - Eigen::Vector2d(.805048150457940, -.638326467639700)).norm(), 1e-8);
   EXPECT_LT((last(end2.v) - Eigen::Vector2d(-1.53027089632793, 1.08898678404824)).norm(), 1e-8);
 
-  // seven links are chaotic: errors grow some 1e4-fold in 10 s
+  // seven links are chaotic: errors grow about 1e4-fold in 10 s
   const Trajectory end7 = run(compiled(chain(7, true, 0.4)), settings("rk4_adaptive", 10, 0.01, 1e-12));
   Eigen::VectorXd q(7);
   q << -.034795237167082, -.302990797470372, .356588974290199, -.005923977175612, -.126215354480326,

@@ -56,7 +56,7 @@ TEST(Windows, TwoMatchTheBenchmark) {
         SCOPED_TRACE(fmt::format("{} at {:g}, tilted by {}", method, tolerance, tilt));
         const Trajectory t = run(windows(2, tilt, -1), settings(method, 10, 1e-3, tolerance));
         EXPECT_TRUE(t.certificate.trusted) << t.certificate.reason;
-        // 1e-5 of the bars' length, 1e-6 J of some 70 J
+        // 1e-5 of the bars' length, 1e-6 J of about 70 J
         expect_benchmarks_end(2, t, 1e-5);
         EXPECT_LT(t.certificate.energy_drift, 1e-6);
         EXPECT_LT(t.certificate.nearness, 0.3);

@@ -41,7 +41,7 @@ TEST(VelocityVerlet, IsReversible) {
 }
 
 TEST(LongRuns, KeepEnergyWithoutDrift) {
-  // a pendulum of two links over some 300 swings in steps of a hundredth: the energy error of Runge-Kutta
+  // a pendulum of two links over about 300 swings in steps of a hundredth: the energy error of Runge-Kutta
   // grows with time, that of reversible methods does not
   Scene scene = chain(2, false, 0.4);
   const System system = compiled(scene);

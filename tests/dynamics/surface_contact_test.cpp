@@ -8,7 +8,7 @@
 namespace borelli::test::surface_contact_test {
 namespace {
 
-// of central differences with step h: h^2 times third derivatives (some 100), and rounding / h
+// of central differences with step h: h^2 times third derivatives (about 100), and rounding / h
 constexpr double h = 1e-5, tolerance = 2e-7;
 
 std::vector<ConstraintKind> kinds() {

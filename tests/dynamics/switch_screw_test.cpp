@@ -58,7 +58,7 @@ TEST(Screw, EqualsACoupledSlideAndHinge) {
     how.equations = equations;
     const Trajectory t = run(two_screws(false), how);
     EXPECT_TRUE(t.certificate.trusted) << t.certificate.reason;
-    // two seconds at 1e-11 a step, some hundred steps
+    // two seconds at 1e-11 a step, about a hundred steps
     EXPECT_NEAR(last(t.q)[0], last(tied.q)[1], 1e-8);
     EXPECT_NEAR(last(t.q)[1], last(tied.q)[3], 1e-8);
   }

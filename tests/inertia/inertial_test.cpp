@@ -142,7 +142,7 @@ TEST(Inertial, MergeEqualsTheSumOfPointMasses) {
   const auto a = cloud(1, 40), b = cloud(2, 7);
   auto both = a;
   both.insert(both.end(), b.begin(), b.end());
-  // tensors of about 200 kg m^2, some 50 roundings of 2e-16 each
+  // tensors of about 200 kg m^2, about 50 roundings of 2e-16 each
   expect_near(sum(a) + sum(b), sum(both), 2e-12);
   expect_near(sum(both) - sum(b), sum(a), 2e-12);
 }

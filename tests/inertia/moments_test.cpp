@@ -92,7 +92,7 @@ Inertial direct_sum(const Scan& scan, int label) {
   return {static_cast<double>(mass), centre.cast<double>(), second.cast<double>()};
 }
 
-// masses relative; centres in m over a body of some 0.1 m; tensors relative to the largest entry
+// masses relative; centres in m over a body of about 0.1 m; tensors relative to the largest entry
 void expect_equal(const Inertial& found, const Inertial& expected, double tolerance) {
   EXPECT_NEAR(found.mass, expected.mass, tolerance * expected.mass);
   EXPECT_LT((found.centre - expected.centre).norm(), tolerance);

@@ -54,7 +54,7 @@ TEST(Deviations, RecutMovesTheVoxelsBetweenThePlanes) {
             std::abs(g.point(Vector3d(double(i), double(j), double(k)))[2] - (z - 10)) < 10)
           volume += g.voxel_volume();
   section = volume / 20;
-  // the sample's voxels between the planes, some 400 of 6000: 5 %
+  // the sample's voxels between the planes, about 400 of 6000: 5 %
   EXPECT_NEAR(gains[static_cast<std::size_t>(part_label("upper_trunk"))].volume, section * 10 * 1e-9,
               0.07 * section * 10 * 1e-9);
   EXPECT_NEAR(gains[static_cast<std::size_t>(part_label("upper_trunk"))].mass +

@@ -162,7 +162,7 @@ TEST(Evaluate, BothEquationsAgree) {
   ASSERT_EQ(lagrange.code, 0) << lagrange.err;
   const json a = json::parse(lagrange.out, nullptr, false), b = json::parse(recursive.out, nullptr, false);
   for (const char* key : {"acceleration", "bias", "generalized_efforts"})
-    for (int i = 0; i < 3; ++i) EXPECT_NEAR(a[key][i], b[key][i], 1e-12) << key;  // of some 10
+    for (int i = 0; i < 3; ++i) EXPECT_NEAR(a[key][i], b[key][i], 1e-12) << key;  // of about 10
   EXPECT_EQ(run_program(verb + "newton").code, 2);
 }
 

@@ -201,7 +201,7 @@ TEST_F(RunVerb, DefacingKeepsMeasurements) {
   folder.write("head.vtp", before["mesh/head.vtp"]);
   const auto whole = read_vtp(path("head.vtp")), left = read_vtp(result("mesh/head.vtp").string());
   ASSERT_TRUE(whole && left);
-  EXPECT_GT(foremost(*left), foremost(*whole) + 30);  // 0.22 of a head's depth of some 190 mm, less a voxel
+  EXPECT_GT(foremost(*left), foremost(*whole) + 30);  // 0.22 of a head's depth of about 190 mm, less a voxel
   EXPECT_NE(kept("settings.toml").find("deface = true"), std::string::npos);
   EXPECT_EQ(stages_done(scan_file + words()),
             (Names{"mesh", "models", "glb", "slices", "report"}));  // and back

@@ -141,7 +141,7 @@ TEST(Skeleton, BallsMeasureAnatomicalAngles) {
   // (its arms stand at 12 degrees of abduction)
   // The phantom turns its parts by its own angles, from a stance that is itself some degrees from the
   // anatomical position; components of rotation vectors add up only as far as turns commute: 5 % of the angle
-  // and of that stance's some 5 degrees
+  // and of that stance's about 5 degrees
   const auto change = [&](const Scene& posed, const char* part) {
     return Vector3d(start(posed, part) - start(rest, part));
   };

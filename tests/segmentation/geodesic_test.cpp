@@ -153,7 +153,7 @@ TEST(Geodesic, PathsAcrossHalvesAreTheCheapest) {
         most_off = now, worst = o;
     }
     EXPECT_GT(reached, cost.grid.count() / 20);
-    EXPECT_LT(most_off, 1e-5) << worst;  // sums of some hundred floats
+    EXPECT_LT(most_off, 1e-5) << worst;  // sums of about a hundred floats
     // a path's length is the sum of its steps
     std::size_t far = 0;
     for (std::size_t o = 0; o < cost.grid.count(); ++o)

@@ -50,7 +50,7 @@ TEST(MjcfWrite, ReadsBackWithTheSameMechanics) {
       }
       const Evaluation a = need(evaluate(before, state)), b = need(evaluate(after, other));
       const Eigen::MatrixXd A = same.axes * a.mass_matrix * same.axes.transpose();
-      // products of some ten poses round to some 1e-15 of the largest entry
+      // products of about ten poses round to about 1e-15 of the largest entry
       EXPECT_LT((b.mass_matrix(at.v, at.v) - A).norm(), 1e-12 * A.norm()) << seed;
       const Eigen::VectorXd drive = same.axes * (a.generalized_efforts - a.bias),
                             other_drive = (b.generalized_efforts - b.bias)(at.v);
