@@ -120,8 +120,8 @@ class Programs:
 def spread_of(timings):
     """The range of one benchmark's runs, relative to its median."""
     spreads = [t.spread for t in timings.values()]
-    return (f"Runs of one benchmark differ by {100 * statistics.median(spreads):.1f} % of their median (the middle one of these; "
-            f"at most by {100 * max(spreads):.0f} %).")
+    return (f"Runs of one benchmark differ by {100 * statistics.median(spreads):.1f} % of their median (median over benchmarks; "
+            f"at most {100 * max(spreads):.0f} %).")
 
 
 def fitted_exponent(points, start):
@@ -211,7 +211,7 @@ def scene_order(name):
 def mujoco_section(programs, _):
     """Rows of scene x quantity with both times and their ratio."""
     timings = programs.time("mujoco_bench")
-    lines = ["Beside MuJoCo, the same files in one run (`mujoco_bench`):", "",
+    lines = ["Compared with MuJoCo on the same files in one run (`mujoco_bench`):", "",
              "| scene | of | here | MuJoCo | ratio |", "| --- | --- | ---: | ---: | ---: |"]
     names = sorted(timings, key=lambda name: (name.split("/")[1], scene_order(name)))
     for name in names:
@@ -220,8 +220,8 @@ def mujoco_section(programs, _):
         scene, what = name.split("/", 1)
         ours, other = timings[name].seconds, timings.get(name + "/mujoco")
         lines.append(f"| {scene} | {what.replace('_', ' ')} | {short(ours)} | {beside(ours, other)} |")
-    lines += ["", "One of eight states in a batch beside one by itself, by the processor's widest registers (AVX-512: 8 numbers, AVX2: 4), and "
-              "by those of 4 and of 2 where these are narrower:", "",
+    lines += ["", "One of eight states in a batch, compared with a single state: by the processor's widest registers (AVX-512: 8 numbers, "
+              "AVX2: 4), and by narrower ones of 4 and 2:", "",
               "| scene | of | alone | of eight, widest | 4 | 2 | alone over the first |", "| --- | --- | ---: | ---: | ---: | ---: | ---: |"]
     for name in names:
         if not name.endswith("_of_eight"):
@@ -237,7 +237,7 @@ def mujoco_section(programs, _):
 def constraints_section(programs, _):
     """Rows of scenes with loops: time within a step, with the rank decided, MuJoCo's, and its ratio to the first."""
     timings = programs.time("constraints_bench")
-    lines = ["Bodies held by loops, one evaluation, beside MuJoCo's soft rows (`constraints_bench`):", "",
+    lines = ["Bodies in closed loops, one evaluation, compared with MuJoCo's soft rows (`constraints_bench`):", "",
              "| scene | within a step | with the rank | MuJoCo | ratio |", "| --- | ---: | ---: | ---: | ---: |"]
     for name in sorted(timings, key=lambda name: scene_order(name.replace("standing_human", "human"))):
         scene, what = name.split("/", 1)
@@ -257,9 +257,9 @@ def constraints_section(programs, _):
 def ensemble_section(programs, _):
     """Rows of methods: motions per second on one core and on all, and their errors."""
     timings = programs.time("ensemble_bench")
-    lines = ["A second of a human's free motion from a thousand starts, wall time (`ensemble_bench`); off by: the largest "
-             "error of a coordinate, m or rad:", "",
-             "| method | one core, 1/s | all cores, 1/s | 10 000 on one core | on all | off by |",
+    lines = ["A second of a human's free motion from a thousand starts, wall time (`ensemble_bench`). Error: the "
+             "largest of a coordinate, m or rad:", "",
+             "| method | one core, 1/s | all cores, 1/s | 10 000 on one core | on all | error |",
              "| --- | ---: | ---: | ---: | ---: | --- |"]
     for name, timing in timings.items():
         if not name.endswith("/one_core"):
@@ -283,7 +283,7 @@ def equations_section(programs, drawings):
     shown = {name: points for name, points in curves.items() if max(x for x, _ in points) >= 100}
     drawings["bodies.svg"], exponents = plot("Accelerations: cost against the number of bodies", "bodies", "ns per evaluation",
                                              shown, FITTED_FROM["bodies"])
-    lines = ["The paper's scan (`lagrange`) beside the recursions, one evaluation of the accelerations (`equations_bench`):", "",
+    lines = ["The paper's scan (`lagrange`) and the recursive equations, one evaluation of the accelerations (`equations_bench`):", "",
              "| scene | bodies | lagrange | recursive | ratio |", "| --- | ---: | ---: | ---: | ---: |"]
     for (scene, n), pair in sorted(ratios.items()):
         if "lagrange" in pair and "recursive" in pair:
@@ -293,7 +293,7 @@ def equations_section(programs, drawings):
               for name, points in shown.items()}
     fitted = ", ".join(f"{name} {e:.2f}" for name, e in sorted(nearer.items()) if e is not None)
     of_all = ", ".join(f"{name} {e:.2f}" for name, e in sorted(exponents.items()))
-    far = f" Of all from {FITTED_FROM['bodies']} on, which no longer lie in the processor's cache: {of_all}."
+    far = f" From all sizes above {FITTED_FROM['bodies']}, the largest of which exceed the processor's cache: {of_all}."
     return lines + ["", "![Cost against the number of bodies](bodies.svg)", "",
                     f"Fitted exponents of bodies from 100 to 1000: {fitted or 'too few were run'}."
                     + (far if of_all and not programs.quick else "") + f" {spread_of(timings)}"]
@@ -330,8 +330,8 @@ def work_precision_section(programs, _):
 
 def recording_section(programs, _):
     timings = programs.time("recording_bench")
-    lines = ["Every step recorded, beside the end alone, in turns, wall time (`recording_bench`; what it adds is the median of "
-             "pairs, in brackets least and most of the runs):", "",
+    lines = ["Cost of recording every step, compared with recording the end alone, in alternating runs, wall time (`recording_bench`; "
+             "`adds` is the median of pairs, in brackets the least and most of the runs):", "",
              "| scene | steps | the end | every step | adds |", "| --- | ---: | ---: | ---: | ---: |"]
     for name, timing in timings.items():
         adds = sorted(100 * (run["ratio"] - 1) for run in timing.all_counters)
@@ -419,14 +419,14 @@ def peers_section(programs, _):
     first = next(n for n, line in enumerate(page) if line.startswith("| scene |"))
     end = page.index("", first)
     entered = dict.fromkeys(line.split(": first accelerations agree")[0] for line in page if ": first accelerations agree" in line)
-    lines = [f"Whole simulations beside {', '.join(entered)} in one process (`peers`, with the methods and scenes of [its page]"
-             "(peers/README.md)), times medians of three: what the fastest run of the others takes over our fastest trusted one, for errors of "
-             "position (over the scene's length) and orientation (rad), on the ground of its four, of at most so much. Bold: ours "
-             "loses. Alone: no run of theirs that took at most 0.1 s (or the first beyond) comes to it. -: less than ten times the "
-             "reference's own error.", "", *page[first:end]]
-    lines += ["", "Of each method with contacts the run that is off least by their four errors. Energy: how far it is from ours at the "
-              "outputs, over what is turned over. Momentum: of all bodies together, how far it is from ours there, over the largest. "
-              "Times of impacts: of balls."]
+    lines = [f"Whole simulations compared with {', '.join(entered)} in one process (`peers`, with the methods and scenes of [its page]"
+             "(peers/README.md)). Ratio of the others' fastest time to that of our fastest trusted run (medians of three), for each largest "
+             "allowed error of position (over the scene's length) and orientation (rad); with contacts, of four errors. Bold: ours loses. "
+             "Alone: no other run of at most 0.1 s (or the first longer one) reaches that error. -: below ten times the reference's "
+             "error.", "", *page[first:end]]
+    lines += ["", "The run with the smallest of the four errors, per method with contacts. Energy: largest difference from ours at the "
+              "outputs, over the energy turned over. Momentum of all bodies together: largest difference from ours, over the largest "
+              "momentum. Times of impacts: of balls."]
     scene = ""
     for n, line in enumerate(page):
         if line.startswith("## "):
@@ -516,9 +516,9 @@ def sizes_section(programs, drawings):
                                            FITTED_FROM["voxels"])
     return ["![Cost of whole runs against voxels](runs.svg)", "",
             "Whole runs and their large stages against voxels, the phantom up to as many as 512 x 512 x 2000 "
-            f"({most:.2f} GiB), medians of three runs, from 1e8 voxels on one; fitted exponents from 1e7: " + ", ".join(f"{name} {e:.2f}" for name, e in exponents.items())
-            + ". Parts are looked for on one grid of 3 mm, whatever the scan's. Inertia at 4 mm: the planes between parts are varied over a "
-            "sample of the voxels, all of them there, one of eight at 3 mm, of 27 at 2."]
+            f"({most:.2f} GiB), medians of three runs, or one run from 1e8 voxels on; fitted exponents from 1e7: " + ", ".join(f"{name} {e:.2f}" for name, e in exponents.items())
+            + ". Segmentation always uses a grid of 3 mm. Inertia varies the planes between parts over a sample of the voxels: all of them "
+            "at 4 mm, one of 8 at 3 mm, one of 27 at 2 mm."]
 
 
 SECTIONS = {"mujoco": mujoco_section, "constraints": constraints_section, "ensemble": ensemble_section, "equations": equations_section,
@@ -558,7 +558,7 @@ def main():
     for name, drawing in drawings.items():
         with open(os.path.join(asked.out, name), "w", encoding="utf-8") as file:
             file.write(drawing)
-    lines = [f"Medians of {asked.repetitions} runs in random order, of one thread's processor time, unless it is said otherwise.", ""]
+    lines = [f"Medians of {asked.repetitions} runs in random order, of one thread's processor time unless stated otherwise.", ""]
     for name in SECTIONS:
         lines += [f"<!-- {name} -->", *made[name]] if made.get(name) else []
     with open(readme, "w", encoding="utf-8") as file:
