@@ -35,6 +35,8 @@ struct TableDifference {
   std::optional<double> deviation;
   double percent() const { return 100 * (second / first - 1); }
 };
+/// Of each part that is whole in both tables, the entries known in both: by part, then in the order of
+/// entries_of.
 std::vector<TableDifference> differences(const InertiaTable& first, const InertiaTable& second);
 
 /// entry = intercept + per_metre stature + per_kilogram mass, by least squares.
@@ -57,6 +59,8 @@ struct GroupTable {
   std::vector<GroupEntry> entries;
   std::string no_regression;  ///< why there is no regression; empty: there is one
 };
+/// Over the tables in which a part is whole: by part, then in the order of entries_of. A regression needs the
+/// stature and the whole body's mass.
 GroupTable group_of(const std::vector<NamedTable>& tables);
 
 /// Two tables: their differences; more: the group. Comments state the tables.

@@ -24,6 +24,7 @@ struct PublishedSummary {
   double farthest_pct = 0;
   std::string why_not;  ///< reasons if no part compares, each once
 };
+/// One for each of published_tables.
 std::vector<PublishedSummary> published_summaries(const InertiaTable& table);
 
 /// E.g. "deleva1996: masses of 16 parts differ by +0.8 % on the mean, 4.1 % rms, hand_left most (-9.3 %)".

@@ -100,6 +100,7 @@ struct AnatomicalNumbers {
   double centre_along = 0;  ///< from the first endpoint along the long axis, over the length
   Eigen::Vector3d radii;    ///< of gyration about X, Y and Z, over the length
 };
+/// Empty for a row without a frame, or of an absent part.
 std::optional<AnatomicalNumbers> anatomical_numbers(const InertiaRow& row);
 
 /// A published row to compare with a measured one.
@@ -109,6 +110,8 @@ struct Comparison {
   bool shape = false;   ///< gravity centre and radii compare: the endpoints are the same
   std::string why_not;  ///< what does not compare, and why; empty: all compares
 };
+/// Finds the row of a published table ("deleva1996" ...) with the same segment and cuts, for the table's sex.
+/// Only whole parts compare. With other endpoints only the mass compares.
 Comparison compare(const InertiaTable& table, const InertiaRow& row, std::string_view published_table);
 
 }  // namespace borelli

@@ -1,4 +1,4 @@
-// Simulating one motion or many, and what comes of it.
+// Bindings of simulation: one motion or many, and their results.
 #include <fmt/core.h>
 
 #include <nlohmann/json.hpp>

@@ -18,7 +18,7 @@ struct SharedPlace {
 };
 
 /// All such parts, on a grid of 2 mm through each pair of roots whose boxes overlap (mm of the nominal body).
-/// Accurate to some thousandths of the shared volume, which is itself a few hundredths of a limb.
+/// Accurate to about thousandths of the shared volume, which is itself a few hundredths of a limb.
 std::vector<SharedPlace> shared_places(const std::vector<PhantomSolid>& solids);
 
 }  // namespace borelli

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # From the sample volume to a walking body: installs and builds what is missing, makes the phantom at 3 mm with a
-# captured walk, runs the whole way on it. Safe to repeat; a run that was stopped goes on where it was.
+# captured walk, and runs all stages on it. Safe to repeat; a stopped run continues where it was.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 ./build.sh run

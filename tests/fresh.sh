@@ -29,7 +29,7 @@ bare() {  # root, packages of a minimal system
   mkdir -p "$1"
   [ -x "$1/bin/bash" ] || debootstrap --variant=minbase --include="$2" bookworm "$1" "$mirror" >"$1.log" 2>&1 ||
     { tail "$1.log"; exit 1; }
-  # the machine's own way to its packages: sources, client settings, name look-up
+  # the machine's access to packages: sources, client settings, name look-up
   rm -rf "$1/etc/apt/sources.list.d" "$1/etc/apt/sources.list"
   cp -a /etc/apt/sources.list.d "$1/etc/apt/"
   [ ! -e /etc/apt/sources.list ] || cp -a /etc/apt/sources.list "$1/etc/apt/"

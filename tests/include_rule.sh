@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# The include rule: a folder includes only its own headers and the data type that the stage before it hands on, besides error/,
+# The include rule: a folder includes only its own headers and the data type that the previous stage passes on, besides error/,
 # threads/ and process/, which belong to no stage. Rooms within a folder are ordered: a file includes its own room and earlier
 # ones. ITK headers stay in segmentation's .cpp files, VTK headers in pipeline's. Give another root to check that instead.
 set -u
 root=${1:-$(cd "$(dirname "$0")/.." && pwd)}
 cd "$root" || exit 1
 
-# what a folder may include of the others, as an extended regular expression
+# other headers that a folder may include, as an extended regular expression
 declare -A allowed=(
   [error]='error/'
   [threads]='threads/'
@@ -18,7 +18,7 @@ declare -A allowed=(
   [pipeline]='(error|threads|process|segmentation|inertia|dynamics|samples|pipeline)/'
   [python]='(error|threads|process|segmentation|inertia|dynamics|samples|pipeline|python)/'
 )
-# a folder's rooms, in the order of the data; on_demand/ is what the libraries loaded at run time hold
+# a folder's rooms, in the order of the data; on_demand/ has the code of libraries loaded at run time
 declare -A rooms=(
   [dynamics]='numbers scene system equations constraints inverse contacts methods run formats'
   [segmentation]='volume vocabulary grid files body proposal joints labelling'

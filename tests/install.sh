@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs BUILD below a temporary prefix and builds and runs tests/consumer against what was installed, nothing else.
+# Installs BUILD below a temporary prefix, then builds and runs tests/consumer against this installation only.
 #   tests/install.sh BUILD
 set -euo pipefail
 build=$(cd "$1" && pwd)

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# All folders share the namespace borelli, so a type's name may stand in one header only: two types of one name, linked
-# into one program, would break it without a word from the linker. Give another root to check that instead.
+# All folders share the namespace borelli, so a type's name may occur in one header only: two types of one name, linked
+# into one program, would break it without an error from the linker. Give another root to check that instead.
 set -u
 root=${1:-$(cd "$(dirname "$0")/.." && pwd)}
 cd "$root" || exit 1

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes the Debian packages of BUILD, unpacks them side by side and uses what they hold.
+# Makes the Debian packages of BUILD, unpacks them together and uses their contents.
 #   tests/packages.sh BUILD [FOLDER]     FOLDER: where to leave the packages (default: nowhere)
 set -euo pipefail
 build=$(cd "$1" && pwd)

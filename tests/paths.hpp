@@ -1,5 +1,5 @@
-// Where the tests find what they read and run. Not in the compiler's command line, so that the objects of the
-// tests are the same in every checkout and ccache knows them.
+// Paths of the tests' inputs and program. They are not in the compiler's command line, so that all checkouts
+// share ccache's objects.
 #pragma once
 
 #include <string>

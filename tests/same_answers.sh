@@ -3,7 +3,7 @@
 #   same_answers.sh OLD_PROGRAM NEW_PROGRAM [FOLDER]
 # Runs the sample phantom, the ICRP male, every scene of samples/, `evaluate` on the models of ../shared, and `chart` on
 # three scenes. FOLDER (default: a temporary one) gets old/ and new/. Ends with 1 and the names of what differs.
-# What is not beside the checkout (../shared) is left out and said.
+# Files missing from ../shared are skipped with a message.
 set -euo pipefail
 [ $# -ge 2 ] || { sed -n 2,6p "$0" >&2; exit 2; }
 old=$(realpath "$1") new=$(realpath "$2")
@@ -11,7 +11,7 @@ root=$(cd "$(dirname "$0")/.." && pwd)
 if [ $# -gt 2 ]; then mkdir -p "$3"; out=$(cd "$3" && pwd); else out=$(mktemp -d); trap 'rm -rf "$out"' EXIT; fi
 x=(); [ -n "${DISPLAY:-}" ] || ! command -v xvfb-run >/dev/null || x=(xvfb-run -a)  # for programs before 0.2.0
 
-# A JSON answer without what differs from run to run: times, memory, processor shares.
+# A JSON answer without values that differ from run to run: times, memory, processor shares.
 without_times() {
   python3 -c '
 import json, sys

@@ -17,7 +17,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double balanced = 1e-10;  // of the largest force; above the rounding of sums of some hundred terms
+constexpr double balanced = 1e-10;  // of the largest force; above the rounding of sums of a hundred terms
 constexpr double met = 1e-12;       // in parts of a row's length
 constexpr int most_iterations = 300, most_pushes = 20;
 constexpr double push_size = 0.3;  // rad, or parts of a coordinate's length

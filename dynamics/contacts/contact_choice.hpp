@@ -12,17 +12,18 @@
 
 namespace borelli {
 
+/// The chosen modes.
 struct Choice {
-  bool settled = false;
-  int jammed = -1;  ///< contact that no force can keep from closing (Painleve); -1: none
-  std::vector<ContactMode> modes;
+  bool settled = false;            ///< false: the forces do not converge
+  int jammed = -1;                 ///< contact that no force can keep from closing (Painleve); -1: none
+  std::vector<ContactMode> modes;  ///< one per contact
 };
 
 /// `contacts`: n closed contacts that neither approach nor separate. Its `velocity` holds the accelerations
 /// without any contact force, m/s^2; its `slip` the slip directions of contacts that slide already.
-/// `slip_at_limit`: the direction (unit) in which a contact slides that leaves sticking at the limit of
-/// friction, if it is still at that limit; zero: no such direction. `gravity`, m/s^2: with the accelerations
-/// it sets the scale below which an acceleration counts as zero.
+/// `slip_at_limit`, one per contact: a sticking contact that has just reached its limit of friction slides in
+/// this direction (unit) if its friction is still at that limit; zero: not at the limit. `gravity`, m/s^2:
+/// with the accelerations it sets the scale below which an acceleration counts as zero.
 Choice choose_modes(const Shock& contacts, const std::vector<Eigen::Vector2d>& slip_at_limit, double gravity);
 
 }  // namespace borelli

@@ -1,4 +1,5 @@
-// Finds pairs of spheres, capsules and convex shapes that are too far apart to touch soon, by their bounding balls.
+// Finds pairs of spheres, capsules and convex shapes that are too far apart to touch soon, by their bounding
+// balls.
 #pragma once
 
 #include <Eigen/Core>

@@ -23,6 +23,7 @@ struct Touchable {
 /// cone.
 std::optional<ThickSegment> core_of(const Shape& shape);
 
+/// Two surfaces or shapes that may touch but have no contact in the scene.
 struct TouchablePair {
   Touchable a, b;
 };

@@ -217,8 +217,8 @@ void ActionDerivatives::differentiate(const Action& action, const Layout& layout
   }
 }
 
-/// Derivatives of the outputs by the coordinates that move the action; of a wrench as seen from its body, since
-/// find_inverse_derivatives turns and shifts it with the body.
+/// Derivatives of the outputs by the coordinates that move the action; of a wrench as seen from its body,
+/// since find_inverse_derivatives turns and shifts it with the body.
 void ActionDerivatives::chain(const Layout& layout, const Parameters& parameters, const Kinematics& k,
                               const InverseDerivatives& inverse) {
   const int outputs = layout.outputs, moving = int(layout.moving.size());

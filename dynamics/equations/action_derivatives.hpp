@@ -18,8 +18,8 @@ class ActionDerivatives {
  public:
   explicit ActionDerivatives(const System& system);
 
-  /// Subtracts from by_state the derivatives of the efforts' generalised forces, less what
-  /// find_inverse_derivatives counts. `kinematics` as it had.
+  /// Subtracts from by_state the derivatives of the efforts' generalised forces, except the part that
+  /// find_inverse_derivatives has counted. `kinematics`: the same as it was given.
   void subtract_efforts(const Parameters& parameters, const Kinematics& kinematics,
                         InverseDerivatives& inverse);
 

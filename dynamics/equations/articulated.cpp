@@ -187,17 +187,17 @@ Wrench<T> applied_to(int b, const KinematicsOf<T>& k, const EffortSumsOf<T>& eff
 }
 
 /// Articulated body at a body's frame: its own inertia and bias plus its children's, minus applied wrenches.
-/// `felt`: `carried` already holds one child.
+/// `holds_child`: `carried` already holds one child.
 template <class T>
 void begin_body(const Body& body, const Parameters& parameters, int b, const InertialsOf<T>& inertials,
                 const KinematicsOf<T>& k, const EffortSumsOf<T>* efforts, const LinkOf<T>& link, bool turning,
-                bool felt, ArticulatedBody<T>& carried) {
+                bool holds_child, ArticulatedBody<T>& carried) {
   if (body.massive) {
-    if (felt)
+    if (holds_child)
       put_own<true>(inertials[b], parameters.gravity, link.motion, turning, carried);
     else
       put_own<false>(inertials[b], parameters.gravity, link.motion, turning, carried);
-  } else if (!felt) {
+  } else if (!holds_child) {
     carried = {};
   }
   if (link.carries) add(link.body, carried);
@@ -229,15 +229,15 @@ bool accelerate_all(const System& system, const Parameters& parameters, const In
   PivotOf<T>* const pivots = articulation.pivots.data();
   const std::span<const Joint> joints = linked(articulation);
   ArticulatedBody<T> carried;  // articulated body carried by the current joint
-  bool felt = false;           // `carried` already holds the previous joint, which this one carries
+  bool holds_child = false;    // `carried` already holds the previous joint, which this one carries
   for (auto at = joints.rbegin(); at != joints.rend(); ++at) {
     const Joint& joint = *at;
     LinkOf<T>& link = links[joint.step];
     const bool loose = is_loose(joint, parameters);
-    const bool hangs = loose && !felt && !link.carries && is_pendant<T>(joint, system, inertials);
+    const bool hangs = loose && !holds_child && !link.carries && is_pendant<T>(joint, system, inertials);
     if (joint.body >= 0 && !hangs)
-      begin_body(system.bodies[joint.body], parameters, joint.body, inertials, k, efforts, link, !loose, felt,
-                 carried);
+      begin_body(system.bodies[joint.body], parameters, joint.body, inertials, k, efforts, link, !loose,
+                 holds_child, carried);
     LinkOf<T>* const before = link_before(joint, links);
     const bool followed = std::visit(
         [&]<class Kind>(const Kind& kind) {
@@ -269,8 +269,8 @@ bool accelerate_all(const System& system, const Parameters& parameters, const In
         },
         parameters.kinds[joint.step]);
     if (!followed) return false;
-    felt = before && at + 1 != joints.rend() && at[1].step == joint.before;
-    if (!before || felt) continue;
+    holds_child = before && at + 1 != joints.rend() && at[1].step == joint.before;
+    if (!before || holds_child) continue;
     if (before->carries)
       add(carried, before->body);
     else

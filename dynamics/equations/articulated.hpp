@@ -10,7 +10,7 @@
 //
 // The passes are compiled separately for each kind of switch. A driven coordinate follows its drive: it is
 // not eliminated, and the last pass returns its drive force. A free ball without armature is *loose*: it is
-// eliminated at once, and leaves of the articulated body a symmetric 3x3 mass matrix at its pivot. Its
+// eliminated at once, which reduces the articulated body to a symmetric 3x3 mass matrix at its pivot. Its
 // reference motion need not turn with the frame before it, and it needs no unit twists.
 #pragma once
 

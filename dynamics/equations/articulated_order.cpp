@@ -1,5 +1,5 @@
-// Before the passes of articulated.cpp: the order in which they visit the joints, and which trees they compute
-// side by side.
+// Before the passes of articulated.cpp: the order in which they visit the joints, and which trees they
+// compute side by side.
 #include <algorithm>
 
 #include "dynamics/equations/articulated.hpp"

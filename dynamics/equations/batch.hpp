@@ -90,8 +90,8 @@ void inverse_dynamics(const System& system, const Parameters& parameters, const 
                       const Eigen::VectorX<Lanes>& a, BatchWorkspace& workspace,
                       Eigen::VectorX<Lanes>& efforts);
 
-/// Derivatives of these efforts by positions and velocities, and A, into `out` (inverse_derivatives.hpp). For a
-/// system without efforts of its own.
+/// Derivatives of these efforts by positions and velocities, and A, into `out` (inverse_derivatives.hpp). For
+/// a system without efforts of its own.
 void find_inverse_derivatives(const System& system, const Parameters& parameters, const BatchState& state,
                               const Eigen::VectorX<Lanes>& a, BatchWorkspace& workspace,
                               InverseDerivativesOf<Lanes>& out);

@@ -36,7 +36,7 @@ class ConstraintSolver {
   explicit ConstraintSolver(const System& system);
 
   /// Least distance of an independent unit row from the span of the others. It lies above the errors of
-  /// assembly and rounding (some 1e-10) and far below the distances in a healthy mechanism.
+  /// assembly and rounding (about 1e-10) and far below the distances in a healthy mechanism.
   static constexpr double rank_tolerance = 1e-8;
   /// Rank thresholds within a run. A row that has been independent stays so down to nearness_share of its
   /// largest distance, or to nearness_tolerance if that is less. A row that has never been independent must

@@ -1,6 +1,6 @@
-// The rows of contacts of convex shapes. The bias needs the rates of the normal and of the contact point. They
-// follow from the condition that the normals of both surfaces stay opposite and the nearest points stay on
-// their common normal (Montana, The kinematics of contact and grasp, 1988).
+// The rows of contacts of convex shapes. The bias needs the rates of the normal and of the contact point.
+// They follow from the condition that the normals of both surfaces stay opposite and the nearest points stay
+// on their common normal (Montana, The kinematics of contact and grasp, 1988).
 #include <Eigen/QR>
 #include <algorithm>
 
@@ -89,7 +89,8 @@ void rows_of_touch(ConstraintPass<double>& pass, const ConvexTouch& touch, doubl
   }
 }
 
-// Derivatives of these rows by the state are not given: no method that takes contacts of these kinds needs them.
+// Derivatives of these rows by the state are not given: no method that takes contacts of these kinds needs
+// them.
 void open_rows(ConstraintPass<DualNumber>& pass, int rows) {
   for (int r = 0; r < rows; ++r)
     pass.residual(r, DualNumber(r % 3 == 0 ? 1. : 0.), DualNumber(0), DualNumber(0));

@@ -7,7 +7,8 @@
 
 namespace borelli {
 
-/// A shape at its place in the world. `side`: 1 or -1: its outward normal is `side` times that of the contact.
+/// A shape at its place in the world. `side`: 1 or -1: its outward normal is `side` times that of the
+/// contact.
 struct PlacedConvex {
   const Convex* convex;
   Pose X;  ///< X_WF
@@ -35,6 +36,7 @@ struct NearFeatures {
     if (count < int(all.size())) all[std::size_t(count++)] = feature;
   }
 };
+/// n: the contact's normal, unit, world.
 NearFeatures features_near(const PlacedConvex& shape, const Eigen::Vector3d& n);
 
 /// The point of a part farthest along the normal, world. On a line: at its middle.

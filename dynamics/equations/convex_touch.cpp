@@ -23,7 +23,7 @@ using Flat = ConvexTouch::Flat;
 
 namespace {
 
-// Relative to the size of the pair: a face is preferred to what separates better by no more than this.
+// Relative to the size of the pair: a face wins over a normal that separates better by no more than this.
 constexpr double as_good = 1e-9;
 // Lines that meet at a smaller sine touch along a line.
 constexpr double along_each_other = 0.02;
@@ -43,7 +43,7 @@ struct Candidate {
   Flat flat = Flat::neither;
   int face = 0;
   ConvexFeature of_a, of_b;
-  bool stale = true;  ///< the parts need not be those that meet: equal ones, parallel to them, may
+  bool stale = true;  ///< of_a and of_b may not be the parts that meet
 };
 
 /// The faces of a shape whose normals are near n; of shapes that overlap, all faces.

@@ -266,9 +266,9 @@ void keep_composites(const System& system, const Parameters& parameters, const I
   }
 }
 
-/// Motions of several successive coordinates, and their factors, at the tree's reference point: what a
-/// coordinate's rows of A, dtau/dq and dtau/dv multiply, I S (columns 0 to 5) and B^T S (6 to 8), and what its
-/// columns multiply, S x* f + I alpha + B psi (9 to 14) and I gamma + B S (15 to 20).
+/// Motions of several successive coordinates at the tree's reference point, and the factors of their entries.
+/// Factors of a coordinate's rows of A, dtau/dq and dtau/dv: I S (columns 0 to 5), B^T S (6 to 8). Factors of
+/// its columns: S x* f + I alpha + B psi (9 to 14), I gamma + B S (15 to 20).
 template <class T>
 void find_factors(const KinematicsOf<T>& k, int first, InverseDerivativesOf<T>& out) {
   using Entries = EntriesOf<T>;
@@ -328,8 +328,8 @@ void find_factors(const KinematicsOf<T>& k, int first, InverseDerivativesOf<T>& 
   keep_wrench(by_v, 15);
 }
 
-/// Entries of a switch's N coordinates, from u on, with all on their chain up to themselves. (Sums side by
-/// side hide the latency of an addition.)
+/// Entries of a switch's N coordinates, from u on, with every coordinate on their chain from the root to
+/// themselves. (Sums side by side hide the latency of an addition.)
 template <int N, class T>
 void find_entries(int u, std::span<const typename InverseDerivativesOf<T>::Range> chain,
                   InverseDerivativesOf<T>& out) {

@@ -42,7 +42,7 @@ struct SpatialMotion {
   Eigen::Vector3<T> w, v;
 };
 
-/// A composite body with what makes the force's derivatives, about its frame's origin.
+/// A composite body, with the sums that the derivatives of its force need; about its frame's origin.
 template <class T>
 struct MovingComposite {
   CompositeBody<T> inertia;

@@ -24,6 +24,7 @@ struct CentroidalMomentum {
   Eigen::Matrix<double, 6, 1> bias;
 };
 
+/// After update_kinematics at zero free accelerations.
 CentroidalMomentum centroidal_momentum(const System& system, const Parameters& parameters,
                                        Kinematics& kinematics);
 

@@ -27,6 +27,7 @@ struct LagrangeTermsOf {
 };
 using LagrangeTerms = LagrangeTermsOf<double>;
 
+/// Fills `terms` after update_kinematics by the paper's equations; `efforts`: after scan_efforts.
 template <class T>
 void scan_solids(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
                  const KinematicsOf<T>& kinematics, const EffortSumsOf<T>& efforts,

@@ -42,13 +42,15 @@ struct ConservedMomentum {
 /// The momenta that the scene conserves.
 std::vector<ConservedMomentum> conserved_momenta(const System& system, const Parameters& parameters);
 
+/// A conserved momentum at one state.
 struct MomentumValue {
   Eigen::Vector3d value =
       Eigen::Vector3d::Zero();  ///< kg m/s or kg m^2/s, minus the impulse of weight since t = 0
   double scale = 0;             ///< sum of the magnitudes of the bodies' own momenta
   double rounding =
-      0;  ///< bound on rounding in the value: the spin of a solid that falls without turning is nothing else
+      0;  ///< bound on rounding in the value; a solid that falls without turning has a value of that size
 };
+/// After update_kinematics, by either set of equations.
 MomentumValue momentum_value(const ConservedMomentum& momentum, const Parameters& parameters,
                              Kinematics& kinematics);
 

@@ -241,25 +241,25 @@ void find_mass_matrix_of(const System& system, const Parameters& parameters, con
                          const KinematicsOf<T>& kinematics, RecursionOf<T>& recursion,
                          LagrangeTermsOf<T>& terms) {
   CompositeBody<T> composite;  // composite of the current body
-  bool felt = false;           // it already holds a child, the body of the previous iteration
+  bool holds_child = false;    // it already holds a child, the body of the previous iteration
   for (int b = int(system.bodies.size()) - 1; b > 0; --b) {
     const Body& body = system.bodies[b];
     if (recursion.carries[b]) {
-      if (felt)
+      if (holds_child)
         composite += recursion.composites[b];
       else
         composite = recursion.composites[b];
-      felt = true;
+      holds_child = true;
       recursion.carries[b] = false;
     }
     if (body.massive) {
       const BodyMotionOf<T>& m = kinematics.bodies[b];
       const CompositeBody<T> own = rigid_body<T>(inertials[b].mass, central_tensor(inertials[b], m), m);
-      if (felt)
+      if (holds_child)
         composite += own;
       else
         composite = own;
-    } else if (!felt) {
+    } else if (!holds_child) {
       composite = {};
     }
     for (int s = body.first_step + body.step_count - 1; s >= body.first_step; --s)
@@ -276,8 +276,8 @@ void find_mass_matrix_of(const System& system, const Parameters& parameters, con
             composite.move(arm(system, kinematics, recursion, s));
           },
           parameters.kinds[s]);
-    felt = body.parent == b - 1;
-    if (felt || body.parent == 0) continue;
+    holds_child = body.parent == b - 1;
+    if (holds_child || body.parent == 0) continue;
     if (recursion.carries[body.parent])
       recursion.composites[body.parent] += composite;
     else

@@ -2,7 +2,8 @@
 // numbers. For other programs and single states: derivatives.hpp.
 //
 // Those of the residuals r = A a + B - Q - L^T lambda and c = L a + E at fixed a and lambda are recursive
-// (inverse_derivatives.hpp, action_derivatives.hpp). For the accelerations the implicit function theorem gives
+// (inverse_derivatives.hpp, action_derivatives.hpp). For the accelerations the implicit function theorem
+// gives
 //   [A -L^T; L 0] [da; dlambda] = -[dr; dc],
 // solved with the factors of the accelerations themselves.
 #pragma once

@@ -1,5 +1,5 @@
-// How the unit twists of a bending switch vary with its position (Bending, switch.hpp), and how that variation
-// does, from the switch's own formula on dual numbers.
+// First and second derivatives of a bending switch's unit twists by its coordinates (Bending, switch.hpp), from
+// the switch's own formula on dual numbers.
 #pragma once
 
 #include <algorithm>

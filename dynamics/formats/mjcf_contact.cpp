@@ -17,8 +17,8 @@ using Eigen::Vector3d;
 // Limit of contact rows times coordinates: the size of each of about ten dense matrices.
 constexpr double most_contact_numbers = 2e6;
 
-// Limit of contact rows if convex pairs are among them (up to 24 rows each): the solver keeps the products of all rows
-// with each other as a dense matrix.
+// Limit of contact rows if convex pairs are among them (up to 24 rows each): the solver keeps the products of
+// all rows with each other as a dense matrix.
 constexpr double most_contact_rows = 6000;
 
 int dimensions_of(const XmlElement& element) {

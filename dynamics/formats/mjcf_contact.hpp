@@ -1,5 +1,5 @@
-// MJCF's contacts: of spheres, capsules, boxes, cylinders, ellipsoids and hulls of meshes, over each other and
-// over planes.
+// MJCF's contacts: of spheres, capsules, boxes, cylinders, ellipsoids and hulls of meshes, over each other
+// and over planes.
 #pragma once
 
 #include <map>
@@ -43,10 +43,10 @@ class MjcfContacts {
     std::pair<std::string, std::string> first;  ///< the first pair of `without` that is not modelled
     int twisting = 0;  ///< contact pairs with torsional or rolling friction (condim 4 or 6), not modelled
   };
-  /// Finds all contacts. Names of constraints differ from those in `names`. Contacts of convex shapes with each
-  /// other are left out if the rows of all contacts, or these rows times `freedoms`, exceed a limit. Contacts of
-  /// spheres and capsules are left out if their own rows times `freedoms` do. Refuses a
-  /// <pair> of unknown geoms, and more pairs than memory has room for.
+  /// Finds all contacts. Names of constraints differ from those in `names`. Contacts of convex shapes with
+  /// each other are left out if the rows of all contacts, or these rows times `freedoms`, exceed a limit.
+  /// Contacts of spheres and capsules are left out if their own rows times `freedoms` do. Refuses a <pair> of
+  /// unknown geoms, and more pairs than memory has room for.
   Found find(UniqueNames names, double freedoms) const;
 
  private:

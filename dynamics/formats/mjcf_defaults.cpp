@@ -26,7 +26,7 @@ void complete(XmlAttribute& own, const XmlAttribute& other) {
     if (!(given >> mine)) own.value += " " + word;
 }
 
-// `own`, and those of `others` that it lacks.
+// `own` with the attributes of `others` that it lacks.
 Attributes merged(const Attributes& own, const Attributes& others) {
   Attributes out = own;
   const bool turned =

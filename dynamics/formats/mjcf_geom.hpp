@@ -25,8 +25,8 @@ class MjcfGeoms {
   MjcfGeoms(const XmlElement& root, const MjcfCompilers& compilers, std::vector<std::string>& notes);
 
   /// Reads a geom with complete attributes (mjcf_defaults.hpp). Its mass is `mass`, else its volume times
-  /// `density` (1000 kg/m^3 if not given). `weighs`: whether its inertia is needed; only then must mesh files be
-  /// readable.
+  /// `density` (1000 kg/m^3 if not given). `weighs`: whether its inertia is needed; only then must mesh files
+  /// be readable.
   MjcfGeom read(const XmlElement& geom, bool weighs);
 
   /// One line on meshes whose mass by the legacy rule exceeds that of the volume they enclose; empty: none.
@@ -38,7 +38,7 @@ class MjcfGeoms {
     std::optional<ClosedMesh> loaded{};
     std::optional<Inertial> weight{};  // of density 1
     std::optional<ClosedMesh> hull{};
-    bool no_hull = false;  // it was looked for in vain
+    bool no_hull = false;  // already searched; without `hull` there is none
   };
 
   Mesh& mesh_of(const XmlElement& geom);

@@ -10,8 +10,8 @@ class SiteWriter {
  public:
   explicit SiteWriter(MjcfDraft& draft) : draft_(draft) {}
 
-  // The name of the site of tendons at a point; adds it where there is none. (Our reader makes markers of the
-  // other sites.)
+  // The name of the site at a point, for tendons; adds it if there is none. (Our reader turns sites without a
+  // tendon into markers.)
   std::string site(const SolidPoint& at, const std::string& wanted) {
     for (const auto& [known, name] : known_[at.solid])
       if (known == at.point) return name;

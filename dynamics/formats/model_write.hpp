@@ -24,7 +24,7 @@ struct ModelFrame {
   Pose pose;  ///< in the solid
 };
 
-/// What a model file tells beside its scene.
+/// Contents of a model file besides its scene.
 struct ModelExtras {
   std::vector<ModelMesh> meshes;
   std::vector<ModelFrame> frames;

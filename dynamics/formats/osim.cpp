@@ -17,7 +17,8 @@ using Eigen::Vector3d;
 
 // ---- what changes the motion ----
 
-// The sets whose content acts on the bodies are read; so only their objects have a parent that was read.
+// Only the sets whose content acts on the bodies are marked as read, so an object acts if its parent was
+// read.
 bool osim_element_moves(const XmlElement& e, const XmlElement& parent) {
   if (parent.name == "defaults")  // (a CMC_Joint is a controller's task)
     return e.name == "Body" || e.name == "Coordinate" ||

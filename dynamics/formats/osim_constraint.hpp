@@ -1,4 +1,4 @@
-// The constraints of OpenSim that a scene has too, and its forces.
+// Reads the constraints and forces of OpenSim that a scene can hold.
 #pragma once
 
 #include <optional>

@@ -1,4 +1,4 @@
-// The forces of OpenSim that a scene has too.
+// Reads the forces of OpenSim that a scene can hold.
 #pragma once
 
 #include <set>

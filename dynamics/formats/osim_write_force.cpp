@@ -283,7 +283,7 @@ class OsimContactShapes {
         .add("radius", exact_text(radius));
   }
 
-  // Its inside is where its own x is positive.
+  // OpenSim's half space is solid where its own x is positive.
   void half_space(const std::string& name, const Plane& plane) {
     const Eigen::Matrix3d R = rotation_between(Vector3d::UnitX(), -plane.normal);
     shape("ContactHalfSpace", name, plane.on.solid, plane.on.point, R);

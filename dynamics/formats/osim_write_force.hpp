@@ -1,4 +1,4 @@
-// The efforts and constraints of a scene that OpenSim has too, and the shapes of its contacts.
+// Writes the efforts and constraints of a scene that OpenSim can hold, and the shapes of its contacts.
 #pragma once
 
 #include <string>
@@ -10,10 +10,10 @@
 
 namespace borelli {
 
-/// Adds to the objects of a ForceSet what acts as in the scene: point springs (PointToPointSpring; with a
-/// damper ExpressionBasedPointToPointForce), springs of coordinates (SpringGeneralizedForce), limit springs
-/// of scalar coordinates (ExpressionBasedCoordinateForce), forces and torques (PrescribedForce). Names the
-/// others in `lost`.
+/// Adds to the objects of a ForceSet the efforts that act in OpenSim as in the scene: point springs
+/// (PointToPointSpring; with a damper ExpressionBasedPointToPointForce), springs of coordinates
+/// (SpringGeneralizedForce), limit springs of scalar coordinates (ExpressionBasedCoordinateForce), forces and
+/// torques (PrescribedForce). Names the others in `lost`.
 void write_osim_forces(const Scene& scene, const OsimNames& names, XmlNode& objects, Omissions& lost);
 
 /// The same for the objects of a ConstraintSet: PointConstraint, PointOnLineConstraint, WeldConstraint,
@@ -24,8 +24,8 @@ void write_osim_constraints(const Scene& scene, const OsimNames& names, XmlNode&
 void write_osim_coupler(XmlNode& objects, const std::string& name, const std::string& on,
                         const std::string& of, const TimeFunction& by);
 
-/// The spheres and half spaces of the contacts, for the objects of a ContactGeometrySet. OpenSim's laws of
-/// contact are others, so the contacts themselves are named as lost.
+/// The spheres and half spaces of the contacts, for the objects of a ContactGeometrySet. OpenSim's contact
+/// laws differ, so the contacts themselves are named in `lost`.
 void write_osim_contact_shapes(const Scene& scene, const OsimNames& names, XmlNode& objects);
 
 /// Three numbers, separated by blanks.

@@ -8,8 +8,8 @@
 
 namespace borelli {
 
-/// Why OpenSim cannot hold a function exactly: "follow a periodic spline, which OpenSim does not have". Empty:
-/// it can.
+/// Why OpenSim cannot hold a function exactly: "follow a periodic spline, which OpenSim does not have".
+/// Empty: it can.
 std::string osim_function_complaint(const TimeFunction& function);
 
 /// Adds a function to its holder: Constant, LinearFunction, PolynomialFunction, Sine, SimmSpline (Forsythe's

@@ -44,7 +44,7 @@ struct WrittenCoupling {
   TimeFunction by;
 };
 
-/// A chain of joints, with a massless body between each two of them, and what ties its coordinates.
+/// A chain of joints, with a massless body between each two of them, and the couplings of its coordinates.
 struct WrittenChain {
   std::vector<WrittenJoint> joints;  ///< at least one
   std::vector<WrittenCoupling> couplings;

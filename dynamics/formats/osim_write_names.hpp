@@ -1,4 +1,4 @@
-// Names and frames as OpenSim has them.
+// Names and frames in OpenSim's conventions.
 #pragma once
 
 #include <map>
@@ -44,7 +44,7 @@ class OsimNames {
   /// The same in another set, such as the joints.
   static std::string make(const std::string& wanted, std::set<std::string>& taken);
 
-  /// Names what was renamed.
+  /// Adds to `lost` the names that were changed.
   void tell_renamed(Omissions& lost) const;
 
  private:

@@ -1,5 +1,5 @@
-// A scene reduced to what MJCF and URDF hold: solids placed by constant poses, hinges, slides and balls, with
-// springs and ranges on the joints.
+// A scene reduced to what MJCF and URDF can hold: solids placed by constant poses, hinges, slides and balls,
+// with springs and ranges on the joints.
 #pragma once
 
 #include <map>
@@ -26,8 +26,8 @@ struct PlainJoint {
   std::vector<double> q, v;         ///< at the start
   double armature = 0;
   std::optional<Range> range;  ///< of hinges and slides
-  /// Springs and dampers: -stiffness q + pull - damping dq/dt. For a ball: the torque of a TorsionSpring whose
-  /// rest is the quaternion `rest` of the ball.
+  /// Springs and dampers: -stiffness q + pull - damping dq/dt. For a ball: the torque of a TorsionSpring
+  /// whose rest is the quaternion `rest` of the ball.
   double stiffness = 0, damping = 0, pull = 0;
   std::optional<Quaternion> rest;
 
@@ -62,7 +62,8 @@ std::optional<std::vector<double>> polynomial(const TimeFunction& f, int degree)
 /// they make none.
 std::string free_joint_name(const PlainSolid& solid);
 
-/// Says where the coordinates of a free joint get other names than they have: NAME.x, .y, .z and .turn.
+/// Adds to `lost` the coordinates of a free joint that are not named NAME.x, .y, .z and .turn, and so get
+/// these names.
 void list_renamed(const PlainSolid& solid, const std::string& free_joint, Omissions& lost);
 
 /// Reduces a scene. Locked and driven coordinates and all switches but rotations, translations and balls

@@ -154,7 +154,7 @@ std::vector<SwitchKind> cylindrical(const TomlTable& table, const toml::node& no
 
 std::vector<SwitchKind> planar(const TomlTable& table, const toml::node& node) {
   const Eigen::Vector3d normal = unit_direction(table, node, "planar");
-  // for the normal z the translations are along x and y; cyclic for the other axes
+  // a normal along z gives translations along x and y; the other axes follow cyclically
   Eigen::Index up;
   normal.cwiseAbs().maxCoeff(&up);
   const Eigen::Vector3d next = Eigen::Vector3d::Unit((up + 1) % 3);

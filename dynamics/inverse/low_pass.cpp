@@ -58,8 +58,8 @@ Result<SampledSignal> evenly_spaced(SampledSignal signal) {
   return out;
 }
 
-/// One run of the filter down the rows. The first three rows stay: the padding before the signal holds what
-/// that starts.
+/// One run of the filter down the rows. The first three rows stay unfiltered. The transient that this starts
+/// decays within the padding.
 void run_down(const double (&a)[4], const double (&b)[4], MatrixXd& values) {
   const MatrixXd in = values;
   for (Eigen::Index i = 3; i < values.rows(); ++i)

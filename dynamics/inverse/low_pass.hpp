@@ -14,12 +14,12 @@ struct SampledSignal {
   Eigen::MatrixXd values;     ///< #times by #columns
 };
 
-/// The signal below `cutoff` (Hz; each of the two runs damps it to 1 / sqrt 2 there). As OpenSim's inverse
-/// dynamics filters coordinates (Storage::pad, Storage::lowpassIIR): half as many samples are added before and
-/// after, reflected about the end points (odd padding), so that value and slope go on; uneven times are first
-/// resampled at the smallest step through a quintic spline; the result covers the padded time. Errors: fewer
-/// than five samples, times that do not increase, a cut-off that is not positive or at least half of the
-/// sampling rate.
+/// The signal below `cutoff` (Hz; each of the two runs damps it to 1 / sqrt 2 there). It follows OpenSim's
+/// inverse dynamics (Storage::pad, Storage::lowpassIIR). Half as many samples are added before and after,
+/// reflected about the end points (odd padding), so that value and slope continue. Samples at uneven times
+/// are then resampled at the smallest step through a quintic spline. The result covers the padded time.
+/// Errors: fewer than five samples, times that do not increase, a cut-off that is not positive or at least
+/// half of the sampling rate.
 Result<SampledSignal> low_pass(const SampledSignal& signal, double cutoff);
 
 }  // namespace borelli

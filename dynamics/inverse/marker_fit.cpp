@@ -168,8 +168,8 @@ double MarkerFit::Work::evaluate(double t, const VectorXd& q, const Eigen::Matri
   return goal.value;
 }
 
-/// Adds sum w_i a_i^2 / 2 for each resting rotation, where a is its angle, or a ball's rotation vector, from the
-/// start. Second derivatives of a are left out.
+/// Adds sum w_i a_i^2 / 2 for each resting rotation, where a is its angle, or a ball's rotation vector, from
+/// the start. Second derivatives of a are left out.
 void MarkerFit::Work::draw_to_rest(const VectorXd& q, bool derivatives) {
   for (const RestingRotation& r : resting) {
     const int size = r.nq == 4 ? 3 : 1;
@@ -301,8 +301,9 @@ VectorXd MarkerFit::Work::step(double damping, const std::vector<char>& held) {
   return x.allFinite() ? x : VectorXd();
 }
 
-/// The share of a step that turns no coordinate by more than half a radian and moves none by more than half of
-/// the scene's length: longer ones would leave the branch that the start is on, such as a knee by a full turn.
+/// The share of a step that turns no coordinate by more than half a radian and moves none by more than half
+/// of the scene's length: longer ones would leave the branch that the start is on, such as a knee by a full
+/// turn.
 double MarkerFit::Work::shortening(const VectorXd& x) const {
   double longest = 0;
   for (const CoordinateInfo& c : system.coordinates)
@@ -420,7 +421,7 @@ Result<MarkerFrame> MarkerFit::fit(double t, const Eigen::Matrix3Xd& measured, c
     if (auto found = w.find_rows(t, at); !found) return tl::unexpected(found.error());
     const std::vector<char> held = w.find_held(at);
     const double rows_before = w.row_error(), goal_before = w.goal.value;
-    // lower damping after a step that served, more until one does
+    // lower the damping after a step that reduces the goal; raise it until one does
     bool lower = false;
     for (int attempt = 0; attempt < 30 && !lower; ++attempt) {
       VectorXd x = w.step(damping, held);

@@ -8,7 +8,8 @@
 // over the markers that were seen in the frame. Newton's method with Levenberg and Marquardt's damping
 // minimises it: the normal matrix J^T W J of points with weights w is the mass matrix of points with masses
 // w, so that sums over the branches of the tree give it, as in the composite rigid body algorithm
-// (Featherstone, Rigid Body Dynamics Algorithms, 2008, chapter 6). So do they the second derivatives.
+// (Featherstone, Rigid Body Dynamics Algorithms, 2008, chapter 6). Such sums also give the second
+// derivatives.
 #pragma once
 
 #include <memory>

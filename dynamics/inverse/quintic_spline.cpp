@@ -16,7 +16,8 @@ namespace {
 
 /// A piece of length h is
 ///   p0 + v0 s + a0 s^2 / 2 + c3 s^3 + c4 s^4 + c5 s^5,
-/// where each c is a combination of the step d = p1 - p0 and the rates v and second derivatives a at its ends.
+/// where each c is a combination of the step d = p1 - p0 and the rates v and second derivatives a at its
+/// ends.
 struct PieceWeights {
   double d = 0;
   Eigen::RowVector2d before, after;  ///< of (v0, a0) and (v1, a1)

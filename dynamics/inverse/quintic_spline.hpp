@@ -1,7 +1,7 @@
-// Natural quintic splines: the interpolant with four continuous derivatives that has the least integral of its
-// squared third derivative; its third and fourth derivatives vanish at both ends (Woltring, A Fortran package
-// for generalized, cross-validatory spline smoothing and differentiation, Advances in Engineering Software 8,
-// 1986, at smoothing 0). Motion analysis differentiates measured coordinates twice with it.
+// Natural quintic splines: the interpolant with four continuous derivatives that has the least integral of
+// its squared third derivative; its third and fourth derivatives vanish at both ends (Woltring, A Fortran
+// package for generalized, cross-validatory spline smoothing and differentiation, Advances in Engineering
+// Software 8, 1986, at smoothing 0). Motion analysis differentiates measured coordinates twice with it.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,8 +13,8 @@ namespace borelli {
 
 class QuinticSpline {
  public:
-  /// Through `values` (#times by #columns) at increasing `times`, s. Errors: fewer than three times, times that
-  /// do not increase, values that are not finite.
+  /// Through `values` (#times by #columns) at increasing `times`, s. Errors: fewer than three times, times
+  /// that do not increase, values that are not finite.
   static Result<QuinticSpline> through(std::vector<double> times, Eigen::MatrixXd values);
 
   /// Values, first and second derivatives of all columns at t. Beyond the ends the end pieces continue.

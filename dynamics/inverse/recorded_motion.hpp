@@ -17,8 +17,8 @@ struct RecordedPositions {
 
 class RecordedMotion {
  public:
-  /// Filters the positions (low_pass.hpp; `cutoff` in Hz, 0: no filter) and puts natural quintic splines through
-  /// them. Each component of a ball's quaternion has its own spline; at() normalises the quaternion.
+  /// Filters the positions (low_pass.hpp; `cutoff` in Hz, 0: no filter) and puts natural quintic splines
+  /// through them. Each component of a ball's quaternion has its own spline; at() normalises the quaternion.
   /// Errors: positions that are not nq wide; those of low_pass and QuinticSpline.
   static Result<RecordedMotion> of(const System& system, const RecordedPositions& positions, double cutoff);
 

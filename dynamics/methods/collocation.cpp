@@ -16,7 +16,8 @@ constexpr int node_count = Collocation::nodes, half = node_count / 2;
 
 // Fraction of the tolerance that the iteration may leave as residual.
 constexpr double left_undone = 0.03;
-// Changes below `value_rounding` are rounding; rates are not estimated from changes below tells_rate * value_rounding.
+// Changes below `value_rounding` are rounding; rates are not estimated from changes below tells_rate *
+// value_rounding.
 constexpr double value_rounding = 1e-15, tells_rate = 1e4;
 // Lower bound of the contraction rate, so that one lucky round does not end the iteration.
 constexpr double least_rate = 0.01;

@@ -74,8 +74,7 @@ class Collocation : public Integrator {
   Eigen::VectorX<Lanes> coefficients_;
   /// State and slope at a single node; slope_ also holds the slope at the step's end.
   Eigen::VectorXd stage_, slope_;
-  /// State and slope at a single node; slope_ also holds the slope at the step's end.
-  Eigen::VectorXd start_;
+  Eigen::VectorXd start_;  ///< state at the step's start, for dense output
 };
 
 }  // namespace borelli

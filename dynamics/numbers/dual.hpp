@@ -95,7 +95,7 @@ template <int N>
 Dual<N> cos(const Dual<N>& x) {
   return x.mapped(std::cos(x.value), -std::sin(x.value));
 }
-/// At zero the root has no derivative; zero is used. A length that vanishes is at its minimum there.
+/// The square root. At zero it has no derivative; 0 is used, which suits a length: there it has its minimum.
 template <int N>
 Dual<N> sqrt(const Dual<N>& x) {
   const double root = std::sqrt(x.value);

@@ -7,7 +7,7 @@
 
 namespace borelli {
 
-/// GCC vectors of `width` numbers in a register. Alignment as of memory from Eigen and malloc.
+/// GCC vectors of `width` numbers in a register. Aligned to 16 bytes, as memory from Eigen and malloc is.
 template <int width>
 struct Register;
 template <>
@@ -184,7 +184,7 @@ class LanesOf<N, N> {
     }
   }
   explicit LanesOf(const Vector& x) : x_(x) {}
-  // Not trivial, so that it is passed in memory, whatever processor the caller is compiled for.
+  // Not trivial: so every caller passes it in memory, whatever processor that caller is compiled for.
   LanesOf(const LanesOf& other) : x_(other.x_) {}
   LanesOf& operator=(const LanesOf& other) {
     x_ = other.x_;

@@ -8,8 +8,8 @@
 #include "dynamics/numbers/lanes.hpp"
 
 #if defined(__x86_64__) && defined(__GLIBC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
-/// Versions for processors with AVX-512, with fused multiply-add, and for any. (Scalar code gains from the
-/// doubled number of registers of AVX-512, not from their width.)
+/// Compiles a function three times: for processors with AVX-512, with fused multiply-add, and for any.
+/// (Scalar code gains because AVX-512 has twice as many registers, not because they are wider.)
 #define BORELLI_INLINED_FOR_PROCESSOR \
   [[gnu::flatten, gnu::target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")]]
 #else

@@ -1,5 +1,5 @@
-// The smallest rotation between two directions. It stands in a file of its own: Eigen's template behind it takes a
-// compiler several seconds in each file that uses it.
+// The smallest rotation between two directions. It has a file of its own, since Eigen's template for it takes
+// several seconds to compile in each file that uses it.
 #pragma once
 
 #include <Eigen/Core>

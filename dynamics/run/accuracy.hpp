@@ -33,6 +33,7 @@ struct Difference {
   double time = 0;      ///< s
   int coordinate = -1;  ///< index in System::coordinates; -1: none
 };
+/// Over the sampling times that both runs reached.
 Difference largest_difference(const System& system, const Samples& a, const Samples& b);
 
 /// Runs from time `start` (s) to settings.accuracy (> 0). Starts with dop853. If that finds the scene stiff,

@@ -1,7 +1,7 @@
 // Fixed steps: divides the time to a target into equal steps, and a step that is too long into halves.
 //
-// A method that treats contacts within its steps may need shorter ones for a while. A part that is too long is
-// halved. After some parts of one length, a part of twice that length is tried.
+// A method that treats contacts within its steps may need shorter ones for a while. A part that is too long
+// is halved. After some parts of one length, a part of twice that length is tried.
 #pragma once
 
 #include "dynamics/numbers/keeper.hpp"

@@ -12,9 +12,10 @@ namespace borelli {
 
 struct Convex;
 
-/// Contacts of two shapes, each placed in its solid, m: one if a sphere or an ellipsoid takes part, two with a
-/// capsule, else eight, the corners of the surface in which they touch. A mesh counts as its convex hull.
-/// Contacts that this surface does not need are far open. Only for time stepping (method `moreau`).
+/// Gaps between two shapes, each placed in its solid, m. One contact if either is a sphere or an ellipsoid,
+/// two if either is a capsule; else eight, at the corners of the surface where they touch. A mesh counts as
+/// its convex hull. A contact that this surface does not need has a large gap. Only for time stepping (method
+/// `moreau`).
 struct ConvexOverConvex {
   static constexpr std::string_view kind = "convex_over_convex";
   SolidName a, b;

@@ -12,9 +12,9 @@ namespace borelli {
 
 struct Convex;
 
-/// Contacts of a shape of a solid with a plane, m: one for a sphere or an ellipsoid, two for a capsule, else
-/// eight, the corners of the surface that is nearest to the plane. A mesh counts as its convex hull. Contacts
-/// that this surface does not need are far open. Only for time stepping (method `moreau`).
+/// Gaps between a shape of a solid and a plane, m. One contact for a sphere or an ellipsoid, two for a
+/// capsule; else eight, at the corners of the surface nearest to the plane. A mesh counts as its convex hull.
+/// A contact that this surface does not need has a large gap. Only for time stepping (method `moreau`).
 struct ConvexOverPlane {
   static constexpr std::string_view kind = "convex_over_plane";
   SolidName convex;

@@ -60,12 +60,12 @@ struct ContactSurface {
 };
 
 /// m/s. A slip below least_slip has ended. A slip below least_steered_slip keeps the stored direction
-/// (ContactMode::slip): its own direction would follow the smallest force faster than any step.
+/// (ContactMode::slip), since the smallest force turns so slow a slip faster than any step can follow.
 inline constexpr double least_slip = 1e-10, least_steered_slip = 1e-6;
 
-/// Unit slip direction of a sliding contact with the tangential velocity `slip` (m/s). A reversed slip is
-/// past its end, which is an event. Until that is located, the stored direction is kept, so that friction
-/// stays smooth.
+/// Unit slip direction of a sliding contact with the tangential velocity `slip` (m/s). A reversed slip has
+/// passed the end of sliding, an event that is still to be located. Until then the stored direction is kept,
+/// so that friction stays smooth.
 template <class T>
 void slip_direction(const ContactMode& mode, const T (&slip)[2], T (&direction)[2]) {
   using std::sqrt;

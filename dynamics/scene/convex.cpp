@@ -86,8 +86,8 @@ void find_neighbours(Convex& out) {
     }
 }
 
-// Finds the directions of the edges. A shape with more than `most` gets none: for it touch_of compares the faces
-// and the edges near the direction found.
+// Finds the directions of the edges. A shape with more than `most` gets none: for it touch_of compares the
+// faces and the edges near the direction found.
 void find_edges(Convex& out) {
   constexpr std::size_t most = 12;
   for (std::size_t a = 0; a < out.vertices.size(); ++a)

@@ -17,8 +17,8 @@ struct ConvexFace {
   std::vector<int> corners;
 };
 
-/// A convex shape in its own frame F: a swollen polytope (the points within `radii.x()` of a polytope: box,
-/// mesh, capsule, sphere), a cylinder along z, or an ellipsoid.
+/// A convex shape in its own frame F: a polytope swollen by `radii.x()`, i.e. all points within that distance
+/// of it (box, mesh, capsule, sphere); a cylinder along z; or an ellipsoid.
 struct Convex {
   enum class Kind { polytope, cylinder, ellipsoid };
   Kind kind = Kind::polytope;

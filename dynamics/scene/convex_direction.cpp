@@ -10,8 +10,8 @@ using Eigen::Vector3d;
 
 namespace {
 
-// By how much the copies are smaller, relative to the radius of the inscribed sphere. Points and segments lose
-// the whole of their swelling.
+// The copies are smaller by this share of the radius of the inscribed sphere. Swollen points and segments
+// lose all their swelling.
 constexpr double smaller = 0.1;
 constexpr unsigned most_iterations = 200;
 constexpr double distance_tolerance = 1e-7;  // m; the library's own is 1e-6

@@ -32,9 +32,8 @@ struct LimitSpring {
   std::vector<Range> range;  ///< one, or three for a ball; empty: those of the coordinate (compile() fills
                              ///< them in)
 
-  /// Per range, whether the upper and the lower spring act, wherever the coordinate goes. It keeps the state
-  /// of the start of a step, so that the step passes the bounds smoothly (SpringEvents). Empty: the position
-  /// decides.
+  /// Per range, whether the upper and the lower spring act. Set at the start of a step and kept through it,
+  /// so that the step passes the bounds smoothly (SpringEvents). Empty: the position decides.
   std::vector<std::array<bool, 2>> held{};
 
   template <class Self, class Visit>

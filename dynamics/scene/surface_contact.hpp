@@ -200,8 +200,8 @@ void capsule_over_capsule(ConstraintPass<T>& pass, int r, int a, const ThickSegm
   pass.along(r, a, xa, n);
   pass.along(r, b, xb, -n);
   pass.residual(r, gap, T(0), bias);
-  // The tangents are chosen anew at each place. Their rates are taken as zero: they matter only to a slip,
-  // and while it slips these rows only measure.
+  // The tangents are chosen anew at each place, and their rates are taken as zero. The rates would matter
+  // only while the contact slips, and then these rows enforce nothing: they only measure the slip.
   Eigen::Matrix<T, 3, 2> tangents;
   tangents << e, n.cross(e);
   slip_rows<T, 2>(pass, r + 1, a, b, at, tangents, Eigen::Matrix<T, 3, 2>::Zero());

@@ -15,7 +15,7 @@
 //                   sample of the voxels. Parts without cut planes (convention `bone`): the borders at the
 //                   spine's discs move with the discs
 //   joint_centres   the same draws move endpoints and axes
-// fixed seed: the same scan has the same deviations.
+// The seed is fixed, so the same scan has the same deviations.
 #pragma once
 
 #include <string>

@@ -15,7 +15,6 @@
 //   thigh         HJC-KJC                    knee to hip                            the knee's epicondyles
 //   shank         KJC-AJC, else KJC-LMAL     ankle to knee                          the malleoli, else the
 //                                                                                   knee's epicondyles
-//                                                                                   epicondyles
 //   foot          HEEL-TTIP                  up to the ankle, square to X           X from heel to toe
 // Groups (segmentation/labelling/segments.hpp): the trunk has the axes of its parts and the endpoints
 // SUPR-MIDH, else CERV-MIDH. An arm or leg has the axes of upper arm or thigh, and no length.

@@ -55,7 +55,7 @@ struct Leap {
 struct SkeletonOptions {
   std::string name = "body";
   std::optional<Leap> leap = Leap{};     ///< empty: a body at rest, without springs, for captured motion
-  std::vector<std::string> absent = {};  ///< parts told to be absent, which the scene's description names
+  std::vector<std::string> absent = {};  ///< absent parts, which the scene's description names
 };
 
 struct Skeleton {
@@ -63,25 +63,26 @@ struct Skeleton {
   std::vector<Warning> warnings;  ///< joints that were welded for want of a centre, parts left free ...
 };
 
-/// Builds the scene of the parts that are there. A part whose parent is missing is free in space itself; one
-/// without a joint centre is welded to its parent; both with a warning. Fails where no part is there.
+/// Builds the scene of the parts in `parts`. A part whose parent is missing is a free body; a part without a
+/// joint centre is welded to its parent; each gives a warning. Fails without any part.
 Result<Skeleton> build_skeleton(const PartInertials& parts, const Landmarks& landmarks,
                                 const SkeletonOptions& options = {});
 
 struct SkeletonNames {
   std::vector<std::string> solids, coordinates;
 };
-/// All names that a skeleton of some of these segments can have, whatever the scan holds of them.
+/// All names of solids and coordinates that a skeleton of some of these segments can have, whichever of them
+/// the scan shows.
 SkeletonNames skeleton_names(const std::vector<std::string>& segments);
 
-/// The table's rows that a skeleton can be made of; `warnings` is told what is left out, and what is there in
-/// piece.
+/// The table's rows that a skeleton can be made of. Warns of rows with mass that are left out, and of parts
+/// that the scan shows only in part.
 PartInertials movable_parts(const InertiaTable& table, std::vector<Warning>& warnings);
 
-/// The table's parts that were told to be absent (segmentation/vocabulary/absent_parts.hpp).
+/// The table's parts that the user named as absent (segmentation/vocabulary/absent_parts.hpp).
 std::vector<std::string> told_absent(const InertiaTable& table);
 
-/// X_WS of every part's frame in the pose of the scan, where its mesh belongs.
+/// X_WS of every part's frame in the pose of the scan, in which its mesh is given.
 std::map<std::string, Pose, std::less<>> scan_poses(const PartInertials& parts, const Landmarks& landmarks);
 
 /// The moment of inertia that a joint's spring sees when it swings the two sides of the body against each

@@ -14,7 +14,7 @@ namespace borelli {
 /// One choice of a page: a button (or an entry of a list) per value shows only the plots of that value.
 struct PageButtons {
   std::string kind;                                         ///< lowercase letters
-  std::string title;                                        ///< what is chosen, in words
+  std::string title;                                        ///< label of the choice
   std::vector<std::pair<std::string, std::string>> values;  ///< value, and the button's text
 };
 
@@ -34,8 +34,8 @@ struct PageColumn {
   enum class Look { name, number, words } look = Look::name;  ///< words: sentences, which are wrapped
 };
 
-/// A table that scrolls within itself. Its cells are HTML; the first of a row heads it. `caption`: HTML, may be
-/// empty.
+/// A table that scrolls within itself. Its cells are HTML; the first of a row heads it. `caption`: HTML, may
+/// be empty.
 std::string page_table(std::string_view caption, const std::vector<PageColumn>& columns,
                        const std::vector<std::vector<std::string>>& rows);
 

@@ -414,8 +414,8 @@ class SmallestModel {
   const Scene& scene_;
   const EconomySettings& settings_;
   const std::function<void(const std::string&, double)>& progress_;
-  std::string now_;              ///< current task,
-  double done_ = 0, share_ = 0;  ///< and its place in the progress
+  std::string now_;              ///< the current task,
+  double done_ = 0, share_ = 0;  ///< its start and share in the progress
   double length_ = 1;
   double most_evaluations_ = std::numeric_limits<double>::infinity();  ///< of a run
   Trajectory full_;

@@ -1,5 +1,5 @@
-// Colours, dashes and shapes of a plot, for its drawing as SVG and on a page. Colours after Okabe & Ito (2008,
-// jfly.uni-koeln.de/color), which colour-blind people can tell apart.
+// Colours, dashes and shapes of a plot, for its drawing as SVG and on a page. Colours after Okabe & Ito
+// (2008, jfly.uni-koeln.de/color), which colour-blind people can tell apart.
 #pragma once
 
 #include <array>

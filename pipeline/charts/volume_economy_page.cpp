@@ -58,7 +58,7 @@ std::string worst_words(const VolumeTrial& trial, std::size_t choice) {
 // %: drawn for zero on a logarithmic axis
 constexpr double least_drawn = 0.01;
 
-/// `error` tells a trial's error for its tip, or is empty.
+/// `error` gives the text of a trial's error for its tip, or is empty.
 Curve curve_of(const VolumeEconomy& economy, Of of, const std::string& name, auto&& value, auto&& error) {
   Curve curve{.name = name, .marks = true};
   std::vector<const VolumeTrial*> trials;

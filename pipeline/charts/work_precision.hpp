@@ -129,10 +129,11 @@ std::string_view setting_name(const Variant& variant);
 struct WorkPrecisionObserver {
   std::function<void(const std::string& what, double fraction)> progress = [](const std::string&, double) {};
   std::vector<WorkPrecisionPoint> known = {};  ///< runs that need not be made again
-  /// After each ladder, for an interrupted run.
+  /// Called after each ladder with its points, so that an interrupted run can be resumed.
   std::function<void(const std::vector<WorkPrecisionPoint>&)> ladder_ends =
       [](const std::vector<WorkPrecisionPoint>&) {};
-  /// After all ladders within a share of the budget, but the last share: a whole chart, finer ones follow.
+  /// Called after all ladders were climbed within a share of the budget, except the last share. The chart is
+  /// complete but coarse; finer ones follow.
   std::function<void(const WorkPrecision&)> round_ends = [](const WorkPrecision&) {};
 };
 

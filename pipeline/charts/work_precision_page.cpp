@@ -343,7 +343,7 @@ std::string recommended_table(const WorkPrecision& chart) {
                  : "errors are the larger of position and orientation");
 }
 
-/// The numbers of all charts, with the tips' digits.
+/// A table of the numbers of all charts, to the digits that the tips show.
 std::string runs_table(const WorkPrecision& chart) {
   std::vector<PageColumn> titles{{"method"},
                                  {"at"},

@@ -31,7 +31,7 @@ struct FrontRow {
 /// From 1 to 10 digits.
 std::vector<FrontRow> front_against_front(const WorkPrecision& chart);
 
-/// The same as a Markdown table, without the rows that no run reaches.
+/// front_against_front as a Markdown table, without the rows that no run reaches.
 std::string front_table(const WorkPrecision& chart);
 
 /// File name (without extension) and drawing: each error of the scene against processor time and against

@@ -207,8 +207,8 @@ class Decimation {
     return common == 2 && around_a + other_ring_.size() > 6;
   }
 
-  // whether the collapse is harmless to the triangles that stay: none turns by more than about 75 degrees, becomes
-  // a needle, or gets an edge that is too long
+  // whether the collapse is harmless to the triangles that stay: none turns by more than about 75 degrees,
+  // becomes a needle, or gets an edge that is too long
   bool keeps_facing(const Collapse& c, const Vector3d& place) const {
     for (const auto& [moved, other] : {std::pair(c.a, c.b), std::pair(c.b, c.a)}) {
       for (const std::uint32_t t : triangles_of_[moved]) {

@@ -195,8 +195,8 @@ void add_channel(tinygltf::Animation& animation, int node, const char* path, int
   animation.channels.push_back(std::move(channel));
 }
 
-/// The pose as a matrix of 4 x 4 by columns, as glTF writes them: a viewer places with it what is known in the
-/// patient's frame.
+/// The pose as a matrix of 4 x 4 by columns, as glTF writes them: a viewer places with it what is known in
+/// the patient's frame.
 tinygltf::Value scan_pose(const Pose& X_WS) {
   Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
   matrix.topLeftCorner<3, 3>() = X_WS.R;

@@ -12,7 +12,8 @@
 
 namespace borelli {
 
-/// The unit of a file's coordinates. None of the formats states it for programs: 3D Slicer takes mm, Blender m.
+/// The unit of a file's coordinates. None of the formats states it for programs: 3D Slicer takes mm, Blender
+/// m.
 enum class MeshUnit { metre, millimetre };
 
 /// Each writes one mesh. Errors: not writable, disk full.
@@ -22,8 +23,8 @@ Result<void> write_stl(const std::string& path, const Mesh& mesh, MeshUnit unit 
 Result<void> write_ply(const std::string& path, const Mesh& mesh, MeshUnit unit = MeshUnit::metre);
 /// Wavefront OBJ, one object; comments name part and unit.
 Result<void> write_obj(const std::string& path, const Mesh& mesh, MeshUnit unit = MeshUnit::metre);
-/// VTK's PolyData as XML. Field data: "part", its name, and "unit". Cell data: "label", and "density" (kg/m^3)
-/// if it is known.
+/// VTK's PolyData as XML. Field data: "part", its name, and "unit". Cell data: "label", and "density"
+/// (kg/m^3) if it is known.
 Result<void> write_vtp(const std::string& path, const Mesh& mesh, MeshUnit unit = MeshUnit::metre);
 
 /// Reads a file of write_vtp in metres. Errors: missing, damaged, or not made of triangles.

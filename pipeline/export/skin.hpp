@@ -76,9 +76,9 @@ struct Skin {
   std::vector<std::array<float, 4>> weights;  ///< #points by 4, descending, sum 1
 };
 
-/// The skin of all voxels that have a label. `X_WS`: the parts' frames in the scan's pose (scan_poses); a part
-/// without one has the world's axes at its joint. Errors: no voxels; a label without a joint in `joints`; a
-/// parent that comes later than its part; two joints of one part; no memory.
+/// The skin of all voxels that have a label. `X_WS`: the parts' frames in the scan's pose (scan_poses); a
+/// part without one has the world's axes at its joint. Errors: no voxels; a label without a joint in
+/// `joints`; a parent that comes later than its part; two joints of one part; no memory.
 Result<Skin> skin_of(const LabelMap& labels, const std::vector<SkinJoint>& joints, const ScanPoses& X_WS,
                      const SkinOptions& options = {});
 

@@ -21,8 +21,8 @@ std::vector<std::array<std::int64_t, 3>> forward_steps() {
   return steps;
 }
 
-/// Whether, within 10 mm of a voxel, lies a part that flesh joins to both a and b there: where three cuts meet,
-/// as those of neck and shoulder do, their outer parts share a strip of border.
+/// Whether a part that flesh joins to both a and b lies within 10 mm of a voxel. Where three cuts meet, as
+/// those of neck and shoulders do, their outer parts share a strip of border.
 bool third_joins(const Volume<std::uint8_t>& body, const std::vector<SkinPart>& parts, std::size_t a,
                  std::size_t b, const std::array<std::int64_t, 3>& at) {
   const Grid& g = body.grid;

@@ -19,9 +19,9 @@ struct SwingTwist {
 SwingTwist swing_twist(const Eigen::Matrix3d& R, const Eigen::Vector3d& axis);
 
 /// X_WB of each bone when parts have the poses X_WS (by name). A part without a pose moves with its parent; a
-/// root without one stays. A helper of a joint takes shares of the part's displacement from the scan's pose
-/// relative to its parent's: of the swing, of the twist, and of what the joint's centre slides (share: the
-/// swing's).
+/// root without one stays. A joint's helper takes shares of the part's displacement from the scan's pose
+/// relative to its parent's: a share of the swing, one of the twist, and of the joint centre's translation
+/// the same share as of the swing.
 std::vector<Pose> bone_poses(const Skin& skin, const ScanPoses& X_WS);
 
 /// X_WB in the scan's pose: a helper's frame has its origin at the joint and the world's axes.

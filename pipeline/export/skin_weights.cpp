@@ -38,7 +38,8 @@ struct BoneWeights {
 /// Bones from one pose to another at equal intervals.
 using Chain = std::vector<std::size_t>;
 
-/// The bones stand at equal steps from z = 0 to 1. Adds `scale` times linear weights of the two bones beside z.
+/// The bones stand at equal steps from z = 0 to 1. Adds `scale` times linear weights of the two bones beside
+/// z.
 void add_ramp(BoneWeights& to, const Chain& chain, double z, double scale) {
   const double u = std::clamp(z, 0.0, 1.0) * (static_cast<double>(chain.size()) - 1);
   const auto below = std::min(static_cast<std::size_t>(u), chain.size() - 2);
@@ -75,10 +76,11 @@ std::vector<JointChains> chains_of(const Skin& skin) {
 
 /// Weights of the voxels of the isotropic grid.
 ///
-/// Zones of several joints overlap where their cuts meet, as in the groin. A place there follows all joints of one
-/// part (the middle of a star). z_j is the share of joint j's turn that the place makes; d_j is its deviation from
-/// the middle's pose: z_j for a joint to a child, 1 - z_j for the middle's own joint. With D = sum d_j, joint j gets
-/// the weight d_j / D, on its bones at D. To first order in the angles the place then turns by z_j at each joint.
+/// Zones of several joints overlap where their cuts meet, as in the groin. A place there follows all joints
+/// of one part (the middle of a star). z_j is the share of joint j's turn that the place makes; d_j is its
+/// deviation from the middle's pose: z_j for a joint to a child, 1 - z_j for the middle's own joint. With D =
+/// sum d_j, joint j gets the weight d_j / D, shared by its two bones beside D. To first order in the angles,
+/// the place then turns by the share z_j of each joint's rotation.
 class VoxelWeights {
  public:
   VoxelWeights(const Skin& skin, const Volume<std::uint8_t>& coarse, int threads)
@@ -172,13 +174,13 @@ class VoxelWeights {
     add_ramp(to, chains_[*twister_[part]].twist, all > 0 ? from_own / all : 0, scale);
   }
 
-  /// How far a joint's zone reaches into one of its parts where nothing else does.
+  /// How far a joint's zone reaches into one of its parts where no other zone does.
   double wanted(std::size_t joint, std::size_t into) const {
     return joint == into ? reach_down_[joint] : reach_up_[joint];
   }
 
   /// The zone's reach into one of the joint's parts, m, near a voxel of `part`. It ends at the part's other
-  /// end; where the part twists between its ends, both zones leave a quarter for the twist.
+  /// end at the latest. If the part twists between its ends, both zones leave a quarter of it for the twist.
   double reach(std::size_t joint, std::size_t into, std::size_t part, const Index& at) const {
     const double most = wanted(joint, into);
     double least = most;
@@ -191,9 +193,9 @@ class VoxelWeights {
     return std::max(least, 1e-4);
   }
 
-  /// Two half thicknesses into both parts. If other cuts of the parent are nearer than that (median over the
-  /// cut), the way to them, and at most 2.5 times as much into the part: a limb whose zone lies mostly below
-  /// the joint's centre would bend below the joint.
+  /// A zone reaches two half thicknesses into both parts. If other cuts of the parent are nearer (median over
+  /// the cut), it reaches only as far as these, and at most 2.5 times as far into the part: a limb whose zone
+  /// lies mostly below the joint's centre would bend below the joint.
   void set_reaches(std::size_t joint, const Volume<std::uint8_t>& coarse) {
     const WaysFromCut& ways = ways_[joint];
     const auto at_cut = static_cast<float>(0.51e-3 * coarse.grid.axes(0, 0));

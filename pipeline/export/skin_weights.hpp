@@ -1,4 +1,5 @@
-// Which bones move a point of the skin: its place between the cuts of its part's joints.
+// Which bones move a point of the skin. They follow from the point's place between the cuts of its part's
+// joints.
 //
 // Around a cut lies a zone that reaches two half thicknesses of the limb into both parts, less where the
 // parent's other cuts are near. From one end of the zone to the other the joint's swing grows steadily from 0

@@ -92,7 +92,8 @@ int only_child(const std::vector<SkinPart>& parts, std::size_t part) {
   return found;
 }
 
-/// Sets axis and segment of the joint; `taken`: segments that another joint twists.
+/// Sets the axis of the joint's twist and the segment that it twists; `taken`: segments that another joint
+/// twists.
 void choose_twist(std::vector<SkinPart>& parts, std::size_t n, bool twists, const Vector3d& gravity_centre,
                   std::vector<bool>& taken) {
   constexpr double slender = 3;  // half thicknesses

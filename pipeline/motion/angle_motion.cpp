@@ -29,7 +29,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double flat_foot = 0.02;  // m, between the highest and the lowest point of a sole that stands
+constexpr double flat_foot = 0.02;  // m: a foot is flat if the heights of its sole points differ by less
 
 /// A row of data/coordinate_names.csv, of one side.
 struct NamedCoordinate {

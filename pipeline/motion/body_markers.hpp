@@ -14,8 +14,8 @@ namespace borelli {
 
 struct BodyMarker {
   std::string name;     ///< as recorded
-  std::string segment;  ///< that carries it: one of those given, a part or a group of parts
-  /// The landmark that it stands over, m, patient axes; empty: somewhere on the segment.
+  std::string segment;  ///< the segment that carries it: one of `segments`, a part or a group of parts
+  /// The landmark under the marker, m, patient axes; empty: the marker's place on the segment is not known.
   std::optional<Eigen::Vector3d> point;
 };
 
@@ -30,7 +30,7 @@ struct BodyMarkers {
 /// Finds markers by the names of common sets: data/marker_names.csv, for joints data/joint_names.csv. Only
 /// letters and digits are compared, small and capital alike; a subject's name before a colon is left out.
 /// `own` maps markers to landmarks or parts ("RTHI1 = thigh_right") and takes precedence. `segments`: those
-/// of the body. If a marker's landmark is missing, the marker is somewhere on the segment. Bones that Plug-in
+/// of the body. If a marker's landmark is missing, its place on the segment is not known. Bones that Plug-in
 /// Gait stores among the markers, four points each ("LFEO", "LFEA", "LFEL", "LFEP"), are left out.
 BodyMarkers body_markers(const std::vector<std::string>& names, const Landmarks& landmarks,
                          const std::vector<std::string>& segments, PointKind kind,

@@ -22,7 +22,7 @@ namespace borelli {
 ///   times      Equal steps from the first time on. If the given ones are not equal, the poses are interpolated
 ///              at steps of their median.
 ///
-/// Errors: no times; solids of the motion that are not those of the scene.
+/// Errors: no times; the motion's solids differ from the scene's.
 Result<BvhMotion> bvh_skeleton(const Scene& scene, const Trajectory& motion);
 
 }  // namespace borelli

@@ -86,7 +86,7 @@ void tell_placement(const CapturedMotion& out, bool other_person, std::vector<st
                      : "is the recorded person the scanned one? If not, say so (--other-person)"));
 }
 
-/// Moves the markers to where the motion shows them.
+/// Moves the markers on the body to the places that the motion determines.
 Result<void> calibrate(CapturedMotion& out) {
   auto moved = calibrated_markers(out.scene, out.markers);
   if (!moved) return tl::unexpected(moved.error());
@@ -120,7 +120,8 @@ Result<void> add_loads(CapturedMotion& out, const System& system, const std::vec
   return {};
 }
 
-/// Balls that go beyond their published ranges by more than 10 degrees, the spread of such ranges among people.
+/// Warns of ball joints that leave their published ranges by more than 10 degrees, the spread of such ranges
+/// among people.
 void tell_ranges(CapturedMotion& out, const System& system) {
   constexpr double spread = 10 * std::numbers::pi / 180;
   std::vector<std::string> beyond;
@@ -149,7 +150,8 @@ void tell_ranges(CapturedMotion& out, const System& system) {
         name_list(beyond)));
 }
 
-/// Adds loads and joint moments to the positions, which another person's transfer replaces first.
+/// Adds loads to the positions; transfers both to the body if another person was recorded; then adds joint
+/// moments.
 Result<CapturedMotion> with_efforts(CapturedMotion out, const BodyModel& body,
                                     const std::vector<double>& factors,
                                     const std::vector<MeasuredForce>& forces,

@@ -38,24 +38,25 @@ struct CapturedRecording {
 struct CapturedAngles {
   MotionTable angles;
   std::vector<MeasuredForce> forces;  ///< in axes of their own: z up, or their mean force points up
-  std::optional<Eigen::Vector3d> up;  ///< of the forces, where their file tells
+  std::optional<Eigen::Vector3d> up;  ///< up in the forces' axes, if their file gives it
 };
 
 struct CapturedMotionRequest {
-  /// Whether the recorded person is another than the scanned one. Then the motion is fitted to the body's size,
-  /// its feet are set on the ground, and forces scale with its mass (motion_transfer.hpp).
+  /// Whether the recorded person is another than the scanned one. Then the motion is fitted to the body's
+  /// size, its feet are set on the ground, and forces scale with its mass (motion_transfer.hpp).
   bool other_person = false;
-  /// Whether the motion itself tells where the markers sit (marker_calibration.hpp), not the trial alone.
+  /// Whether the motion also determines the markers' places on the body (marker_calibration.hpp), not the
+  /// trial alone.
   bool calibrate = false;
   std::optional<double> recorded_mass;  ///< kg, of the other person; empty: as the forces tell
   double cutoff = 6;                    ///< Hz, of the low-pass filter over the positions; 0: none
   std::function<void(double)> progress;
 };
 
-/// A body's motion with everything that it was computed from. World axes, z up.
+/// A body's motion, with all that it was computed from. World axes, z up.
 struct CapturedMotion {
   Scene scene;              ///< the body with its markers; starts in the first recorded pose
-  MarkerMotion markers;     ///< as recorded; of another person: as this body would show them
+  MarkerMotion markers;     ///< as recorded; if another person was recorded, as this body would show them
   MarkerMotion trial;       ///< one frame in which the markers were placed
   bool standing = false;    ///< whether it shows the person standing
   bool calibrated = false;  ///< whether the markers were then moved to where the motion shows them
@@ -81,9 +82,9 @@ Result<CapturedMotion> captured_motion(const BodyModel& body, const BodyMarkers&
                                        const CapturedRecording& recording,
                                        const CapturedMotionRequest& request);
 
-/// The same from joint angles (angle_motion.hpp), without markers and their fit. Of another person the size
-/// is not known: it is that of a body at whose feet the floor is (size_by_height). Errors: angle_motion's; a
-/// size that is not between 0.4 and 2.5; those of steps 4 and 5.
+/// The same from joint angles (angle_motion.hpp), without markers and their fit. Another person's size is not
+/// recorded: it is the one at which the body's feet reach the floor (size_by_height). Errors: angle_motion's;
+/// a size that is not between 0.4 and 2.5; those of steps 4 and 5.
 Result<CapturedMotion> captured_angles(const BodyModel& body, const Landmarks& landmarks,
                                        const CapturedAngles& recording, const CapturedMotionRequest& request);
 

@@ -41,7 +41,7 @@ class Draw {
   std::normal_distribution<double> normal_;
 };
 
-/// An entry's deviation by the density curve, which all parts share, and by everything else.
+/// An entry's deviation, in two parts: by the density curve, which all parts share, and by all other causes.
 struct PartedDeviation {
   double shared = 0, own = 0;
 };
@@ -91,7 +91,7 @@ Landmarks drawn_landmarks(Landmarks landmarks, Draw& draw) {
   return landmarks;
 }
 
-/// The motion's own way, with another body or other markers.
+/// Repeats the whole computation of the motion with another body or other markers.
 class Redrawn {
  public:
   Redrawn(const CapturedMotion& motion, const BodySource& source, const EffortBandRequest& request)

@@ -44,8 +44,8 @@ struct EffortBands {
 ///                  placed on it again (and calibrated, if they were), and the motion is fitted again
 ///   markers        each marker is shifted on its segment by its own rms error in the fit, and the motion is
 ///                  fitted again
-/// The same seed gives the same bands on any number of threads. Errors: a table without deviations, more than a
-/// quarter of the draws failed.
+/// The same seed gives the same bands on any number of threads. Errors: a table without deviations, more than
+/// a quarter of the draws failed.
 Result<EffortBands> effort_bands(const CapturedMotion& motion, const BodySource& source,
                                  const EffortBandRequest& request);
 

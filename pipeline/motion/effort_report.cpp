@@ -43,8 +43,8 @@ json shares_of(const EffortBands& bands, Eigen::Index u) {
   return shares;
 }
 
-/// The direction in which a ball joint's rotation about an axis (0, 1, 2) is positive, as joint_axes.hpp defines
-/// the axes, in the field's words; "about its axis x" for a joint that a body has not.
+/// The direction in which a ball joint's rotation about an axis (0, 1, 2) is positive, as joint_axes.hpp
+/// defines the axes, in the field's words; "about its axis x" for a joint that a body has not.
 std::string ball_motion(std::string_view joint, int axis) {
   using Words = std::array<const char*, 3>;
   constexpr Words limb{"flexion", "adduction", "internal rotation"};

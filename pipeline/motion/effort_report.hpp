@@ -1,4 +1,5 @@
-// The joint angles, moments and ground forces of a captured motion as JSON, for the report and other programs.
+// The joint angles, moments and ground forces of a captured motion as JSON, for the report and other
+// programs.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -27,8 +28,8 @@ namespace borelli {
 nlohmann::json effort_report(const CapturedMotion& motion, const System& system,
                              const std::optional<EffortBands>& bands, const std::string& source);
 
-/// The forces and moments left at the root: [{"coordinate", "unit", "rms", "peak", "percent_of_peak_force"}]; the
-/// percentage only for forces, and only if some were measured.
+/// The forces and moments left at the root: [{"coordinate", "unit", "rms", "peak", "percent_of_peak_force"}];
+/// the percentage only for forces, and only if some were measured.
 nlohmann::json residual_report(const RecordedEfforts& efforts);
 
 }  // namespace borelli

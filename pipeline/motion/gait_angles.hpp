@@ -17,9 +17,9 @@ struct LegAngles {
 
 /// Angles at a phase of the gait cycle (1: a whole cycle, from one heel strike to the next of the same foot).
 ///
-/// A rounded sketch of healthy adults' walking, one value every 5 % of the cycle, smoothed by seven harmonics. Its
-/// shape is that of Perry and Burnfield, Gait Analysis (2nd ed., 2010); its numbers are not from a table there.
-/// It is no reference for normal gait.
+/// A rounded sketch of healthy adults' walking, one value every 5 % of the cycle, smoothed by seven
+/// harmonics. Its shape is that of Perry and Burnfield, Gait Analysis (2nd ed., 2010); its numbers are not
+/// from a table there. It is no reference for normal gait.
 LegAngles leg_angles(double phase);
 
 /// Share of the cycle for which a foot stands (Perry and Burnfield 2010: 62 %).

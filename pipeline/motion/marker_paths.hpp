@@ -8,8 +8,8 @@
 
 namespace borelli {
 
-/// World places of the scene's markers. `motion` gives times, solids and poses; its other members may be empty.
-/// Errors: a scene without markers; a marker on a solid that the motion does not have.
+/// World places of the scene's markers. `motion` gives times, solids and poses; its other members may be
+/// empty. Errors: a scene without markers; a marker on a solid that the motion does not have.
 Result<MarkerMotion> marker_paths(const Scene& scene, const Trajectory& motion);
 
 }  // namespace borelli

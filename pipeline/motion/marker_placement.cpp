@@ -26,11 +26,11 @@ using Eigen::VectorXd;
 
 namespace {
 
-// of a joint's range; weak where markers tell the pose (60 degrees of hip flexion lose 0.1 degrees), strong where
-// a marker's distance from its landmark is another person's shape
+// Shares of a joint's range. Weak where the markers determine the pose (60 degrees of hip flexion lose 0.1
+// degrees), strong where a marker's distance from its landmark comes from another person's shape.
 constexpr double moving_share = 5.0 / 4, other_standing_share = 1.0 / 16, least_arm_share = 1.0 / 4;
 
-/// People stand for the camera with their arms anywhere.
+/// In a standing trial the arms may be anywhere.
 bool is_arm(const std::string& joint) {
   return joint.starts_with("shoulder") || joint.starts_with("elbow") || joint.starts_with("wrist");
 }
@@ -47,16 +47,16 @@ MarkerMotion known_part(const Scene& scene, const MarkerMotion& motion) {
   return out;
 }
 
-/// Where the arms may be when a person stands: hanging, out to the sides, stretched forwards. The elbows are
-/// never straight here: from a straight elbow a fit does not find the way that it bends.
+/// A pose of a standing person's arms: hanging, out to the sides, stretched forwards. The elbows are never
+/// straight here, since from a straight elbow the fit does not find the direction in which it bends.
 struct ArmPose {
   double flexion_deg = 0, adduction_deg = 0;  ///< of the shoulder
 };
 constexpr std::array<ArmPose, 3> arm_poses{{{0, 0}, {0, -80}, {80, 0}}};
 constexpr double bent_elbow_deg = 30;
 
-/// Lets all joints between segments start in the anatomical position, where their coordinates are zero, but for
-/// the arms.
+/// Starts all joints between segments in the anatomical position, where their coordinates are zero, except
+/// those of the arms.
 void start_standing(Scene& scene, const System& system, const ArmPose& arms) {
   constexpr double degree = std::numbers::pi / 180;
   VectorXd q = system.initial.q;
@@ -101,8 +101,8 @@ std::vector<std::string> names_of(const std::vector<Marker>& markers) {
   return out;
 }
 
-/// Moves all that hangs on the world as one, so that the markers come nearest to their places (Umeyama 1991,
-/// IEEE Trans Pattern Anal Mach Intell 13:376). Fewer than three markers: stays.
+/// Moves the whole scene rigidly so that the markers come nearest to their places (Umeyama 1991, IEEE Trans
+/// Pattern Anal Mach Intell 13:376). With fewer than three markers it stays.
 Result<VectorXd> laid_onto(const Scene& scene, const System& system, const ShownMarkers& shown) {
   VectorXd q = system.initial.q;
   if (shown.names.size() < 3) return q;
@@ -125,7 +125,8 @@ Result<VectorXd> laid_onto(const Scene& scene, const System& system, const Shown
   return q;
 }
 
-/// Lets the scene start near the trial: laid onto its markers; of a standing person with the arms that fit best.
+/// Starts the scene near the trial: moved rigidly onto its markers and, for a standing person, with the arm
+/// pose that fits best.
 Result<void> lay_start(Scene& scene, const MarkerMotion& trial, const ShownMarkers& known, double share,
                        bool standing) {
   const Scene given = scene;
@@ -257,7 +258,7 @@ Result<MotionFit> fit_placed(const Scene& scene, const MarkerMotion& motion,
   start_at(started, *system, *q);
   system = compile(started);
   if (!system) return tl::unexpected(system.error());
-  // joints that markers do not tell stay near where the trial has them
+  // joints that the markers do not determine stay near their angles in the trial
   MotionFitRequest request;
   request.rest_weights = body_rest_weights(*system, names.size(), moving_share);
   request.progress = progress;

@@ -21,8 +21,8 @@ Eigen::VectorXd body_rest_weights(const System& system, std::size_t markers, dou
 
 struct PlacementRequest {
   bool size_to_trial = false;  ///< the trial shows another person: scale the segments first (static_fit.hpp)
-  /// The person stands still, upright: joints are near the anatomical position. Otherwise they may be anywhere
-  /// about the scene's start.
+  /// The person stands still, upright: joints are near the anatomical position. Otherwise they may be
+  /// anywhere about the scene's start.
   bool standing = false;
 };
 
@@ -33,11 +33,12 @@ struct PlacedMarkers {
   std::vector<std::string> warnings;
 };
 
-/// Fits the scene's pose to the markers over landmarks, then moves every marker to its place in the trial, each on
-/// its own segment. `markers` gives points in the world of the scene's start; `trial` is one frame, z up. Rest
-/// weights hold joints near the start, or near the anatomical position if the person stands. Their share is 5/4.
-/// It is 1/16 for another person who stands: there the distance of a marker from its landmark shows another
-/// shape, not another pose. Errors: fewer than three markers over landmarks; as compile and fit_motion.
+/// Fits the scene's pose to the markers over landmarks, then moves every marker to its place in the trial,
+/// each on its own segment. `markers` gives points in the world of the scene's start; `trial` is one frame, z
+/// up. Rest weights hold joints near the start, or near the anatomical position if the person stands. Their
+/// share is 5/4. It is 1/16 for another person who stands: there the distance of a marker from its landmark
+/// shows another shape, not another pose. Errors: fewer than three markers over landmarks; as compile and
+/// fit_motion.
 Result<PlacedMarkers> place_markers(const Scene& scene, const std::vector<BodyMarker>& markers,
                                     const MarkerMotion& trial, const PlacementRequest& request);
 

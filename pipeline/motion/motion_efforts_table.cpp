@@ -19,7 +19,8 @@ using Eigen::VectorXd;
 
 namespace {
 
-/// The coordinate that a column names: the name itself, or the last part but one of a path of OpenSim's states.
+/// The coordinate that a column names: the name itself, or the last part but one of a path of OpenSim's
+/// states.
 std::string coordinate_of(const std::string& column) {
   if (!column.ends_with("/value")) return column;
   const std::string path = column.substr(0, column.size() - 6);
@@ -80,7 +81,7 @@ std::optional<SolidWrench> sample(const MeasuredForce& measured, double t) {
   return wrench;
 }
 
-/// Free coordinates of the bodies that hang on the world.
+/// Free coordinates of the root bodies.
 std::vector<RootResidual> residuals_of(const System& system, const Rows& efforts) {
   std::vector<RootResidual> out;
   for (std::size_t b = 1; b < system.bodies.size(); ++b) {

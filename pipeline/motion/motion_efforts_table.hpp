@@ -25,8 +25,8 @@ struct TablePositions {
 
 /// Columns are found by the coordinate's name, or by the path of OpenSim's states (".../name/value"); a ball
 /// has four (name.w, .x, .y, .z). Angles are turned to rad where the table is in degrees. A coordinate
-/// without a column stays at its initial value, and columns that are no coordinate are left out: both are
-/// told. Errors: no column for any coordinate; a value that is not finite.
+/// without a column stays at its initial value, and columns that are no coordinate are left out: a warning
+/// names both. Errors: no column for any coordinate; a value that is not finite.
 Result<TablePositions> positions_in(const System& system, const MotionTable& table);
 
 struct MotionEffortsRequest {
@@ -36,8 +36,8 @@ struct MotionEffortsRequest {
   std::function<void(double)> progress;  ///< called with the share done, 0 to 1; may be empty
 };
 
-/// What remains at the coordinates that carry the whole body: a real body has nothing there. It shows errors
-/// of masses, of motion and of measured forces.
+/// The effort that remains at the root's coordinates. It would be zero for exact masses, motion and measured
+/// forces, so it shows their errors.
 struct RootResidual {
   std::string coordinate;
   bool angle = false;  ///< N m, otherwise N
@@ -55,8 +55,8 @@ struct RecordedEfforts {
 };
 
 /// At the table's times within the range. A load's force, point and moment are interpolated linearly between
-/// its samples and zero outside of them; where the point is not known, the force is left out. Errors: a load on
-/// a solid that the model does not have; as RecordedMotion.
+/// its samples and zero outside of them; where the point is not known, the force is left out. Errors: a load
+/// on a solid that the model does not have; as RecordedMotion.
 Result<RecordedEfforts> efforts_of(const System& system, const RecordedPositions& positions,
                                    const std::vector<ExternalLoad>& loads,
                                    const MotionEffortsRequest& request);

@@ -35,7 +35,7 @@ struct Followed {
   std::vector<std::string> warnings;
 };
 
-/// The markers that both have; those that only one has are told.
+/// The markers that scene and recording share; a warning names those that only one of them has.
 Result<Followed> choose_markers(const Scene& scene, const MarkerMotion& recording,
                                 const std::optional<InverseKinematicsSetup>& setup) {
   Followed out;
@@ -123,7 +123,8 @@ VectorXd values_at(const System& system, const MotionFitRequest& request, const 
   return out;
 }
 
-/// Other attitudes of all that hangs on the world, for a first frame that is far from the scene's initial one.
+/// Other orientations of the root bodies, to start from if the first frame is far from the scene's initial
+/// pose.
 std::vector<VectorXd> other_starts(const System& system) {
   std::vector<VectorXd> starts;
   std::mt19937 random(1);
@@ -158,8 +159,8 @@ void unwind(const System& system, VectorXd& q) {
                      std::remainder(q[c.q_index] - system.initial.q[c.q_index], 2 * std::numbers::pi);
 }
 
-/// The fit of the first frame from the scene's initial positions. If it is far from the markers (a fiftieth of
-/// the scene's size), the best of fits from other attitudes that is nearer by half.
+/// The fit of the first frame from the scene's initial positions. If it is far from the markers (a fiftieth
+/// of the scene's size), the best of fits from other attitudes that is nearer by half.
 Result<VectorXd> find_start(const System& system, MarkerFit& fit, double t, const Matrix3Xd& measured,
                             const VectorXd& values) {
   VectorXd best = system.initial.q;

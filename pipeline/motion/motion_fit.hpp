@@ -39,18 +39,18 @@ struct MotionFit {
 };
 
 /// Fits frame after frame, each from the one before. The first starts from the scene's initial positions and,
-/// if it stays far, from other attitudes of what hangs on the world. Measured axes are turned to the scene's
-/// if the recording tells which way is up. Errors: no marker that the model has, no frame within the range,
-/// tasks for coordinates that the model does not have, constraints that cannot hold.
+/// if the fit stays far from the markers, from other orientations of the root bodies. Measured axes are
+/// turned to the scene's if the recording tells which way is up. Errors: no marker that the model has, no
+/// frame within the range, tasks for coordinates that the model does not have, constraints that cannot hold.
 Result<MotionFit> fit_motion(const Scene& scene, const System& system, const MarkerMotion& recording,
                              const MotionFitRequest& request);
 
-/// The turn from a recording's axes to the scene's: the smallest that brings `up` (unit, in the recording's axes)
-/// against gravity. Identity without `up` or gravity.
+/// The turn from a recording's axes to the scene's: the smallest that brings `up` (unit, in the recording's
+/// axes) against gravity. Identity without `up` or gravity.
 Eigen::Matrix3d turn_to_scene(const Scene& scene, const std::optional<Eigen::Vector3d>& up);
 
-/// The fit as a table with a column for each coordinate (four for a ball, its quaternion's w, x, y, z), angles
-/// in degrees.
+/// The fit as a table with a column for each coordinate (four for a ball, its quaternion's w, x, y, z),
+/// angles in degrees.
 MotionTable table_of(const System& system, const MotionFit& fit);
 
 /// Per frame: sum of squares (m^2), root mean square, largest error (m), then each marker's error (m), with

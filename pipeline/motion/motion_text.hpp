@@ -1,4 +1,4 @@
-// Motions of scenes as files of other programs, told by the file's ending.
+// Motions of scenes as files of other programs, chosen by the file's ending.
 #pragma once
 
 #include <string>

@@ -92,7 +92,7 @@ struct FootPlace {
   double floor(double t) const {
     const auto found = planted.floors.find(name);
     if (found == planted.floors.end()) return 0;
-    // a load begins or ends between two times, of which one does not know of it
+    // a load may begin or end between two times; only one of them then has the step's height
     const auto after = std::ranges::lower_bound(planted.positions.times, t) - planted.positions.times.begin();
     const std::size_t next = std::min(std::size_t(after), found->second.size() - 1);
     return std::max(found->second[next], found->second[next > 0 ? next - 1 : 0]);
@@ -180,7 +180,7 @@ Result<void> transfer_motion(CapturedMotion& motion, const BodyModel& body,
     load.measured.force *= motion.mass_ratio;
     load.measured.moment *= motion.mass_ratio * motion.length_ratio;
   }
-  // the trial in the body's own size: its markers where the same pose has them
+  // the trial for the body's own size: its markers in the same pose
   std::vector<std::string> names;
   for (const Marker& marker : scene.markers) names.push_back(marker.name);
   const auto trial_places = marker_places(scene, names, trial_q);

@@ -31,13 +31,13 @@ struct SolePoint {
   Vector3d place;          ///< in the body's foot, m
   Matrix3Xd way;           ///< #times: world, in the recorded person's size, m
   std::vector<char> stands;
-  double level = 0;  ///< m, its height when the foot stands where it does lowest
+  double level = 0;  ///< m, its lowest height in the motion (lowest_of)
   std::vector<double>
-      levels;  ///< m, by time: the same, on a step of a stair where the foot carries a load on one
-  std::vector<double> steps;  ///< m, by time: how far that is above the lowest floor; 0 off stairs
+      levels;  ///< m, by time: `level`, or higher by the step while the foot carries a load on one
+  std::vector<double> steps;  ///< m, by time: height of the step above the lowest floor; 0: none
 };
 
-/// A height above the lowest floor, m: less than 5 cm are no step of a stair.
+/// The height of a step, m, from a height above the lowest floor: below 5 cm it is no step.
 double step_of(double height) { return height < 0.05 ? 0 : height; }
 
 /// A foot that stands from one time to another, and the flat pose that it is held in.
@@ -113,7 +113,7 @@ void find_levels(std::vector<SolePoint>& points, const std::vector<std::vector<c
     for (const double level : point.levels) point.steps.push_back(step_of(level - floors.at(point.number)));
 }
 
-/// How far the floor under a foot is above the lowest one, m: the least of its points' steps, since a load
+/// Height of the floor under a foot above the lowest floor, m: the least of its points' steps, since a load
 /// may begin or end with the heel up.
 double step_under(int foot, const std::vector<SolePoint>& points, std::size_t i) {
   double least = std::numeric_limits<double>::infinity();
@@ -167,7 +167,7 @@ Pose flat_pose(const Stance& stance, const std::vector<SolePoint>& points, const
       standing[i - stance.first] += point.foot == stance.foot && point.stands[i];
     most = std::max(most, standing[i - stance.first]);
   }
-  // where each point of the sole is then on average, and the rigid placing that is nearest with all at height 0
+  // each sole point's mean place then, at the floor's height; the rigid placement nearest to these
   std::vector<Vector3d> local, world;
   for (const SolePoint& point : points) {
     if (point.foot != stance.foot) continue;
@@ -186,7 +186,8 @@ Pose flat_pose(const Stance& stance, const std::vector<SolePoint>& points, const
   return {T.topLeftCorner<3, 3>(), T.topRightCorner<3, 1>()};
 }
 
-/// Wanted poses of every solid of the body at every time: the recorded angles, the way in its size.
+/// Wanted poses of every solid of the body at every time: the recorded angles, with the path scaled to the
+/// body's size.
 class WantedPoses {
  public:
   WantedPoses(const System& body, const RecordedPositions& recorded, double ratio, double ground)

@@ -28,7 +28,7 @@ constexpr int cycle_samples = 100;
 constexpr int walk_harmonics = 9;
 constexpr int pendulum_rounds = 8;
 constexpr double pendulum_step = 0.6;  // of the correction, so that the rounds converge
-// m, by which the hips are lower than the angles say: a leg that must stretch to its end jerks
+// m: the hips are this much lower than the angles give, since a leg that must stretch fully jerks
 constexpr double knee_room = 0.04;
 constexpr double pose_arm = 0.1;  // m, of the points that hold a solid's pose
 constexpr double foot_weight = 3000, pelvis_weight = 300;
@@ -59,7 +59,7 @@ class JointTurns {
   const System& system_;
 };
 
-/// First index of the root's translations; -1: it has no three of them.
+/// First index of the root's translations; -1: it does not have three.
 int root_index(const System& system) {
   int count = 0, first = -1;
   for (const CoordinateInfo& c : system.coordinates)
@@ -166,7 +166,7 @@ class WalkMaker {
     return sum;
   }
 
-  /// What the centre of a linear inverted pendulum does above a centre of pressure: x - (z / g) x'' = p.
+  /// Path x of the centre of a linear inverted pendulum above a centre of pressure p: x - (z / g) x'' = p.
   MatrixXd sway(const MatrixXd& pressures) const {
     PeriodicSeries series(pressures, walk_harmonics);
     const double height = system_->initial.q[root_ + 2];
@@ -180,8 +180,8 @@ class WalkMaker {
     return out;
   }
 
-  /// The hips' height over the planned foot with the sketched angles, of the leg that leads until the other
-  /// one's heel strikes.
+  /// The hips' height over the planned foot at the sketched angles, for the leading leg until the other heel
+  /// strikes.
   double hip_height(double cycles) {
     const double phase = 2 * cycles - std::floor(2 * cycles);
     const LegAngles leg = leg_angles(phase / 2);
@@ -206,7 +206,7 @@ class WalkMaker {
     return out;
   }
 
-  /// Brings the feet to their places. The root stands off its way where a leg would be too short.
+  /// Brings the feet to their places. The root leaves its path where a leg would be too short.
   Result<void> fit_legs(int i, const Vector3d& root, MatrixXd& rows) {
     const double cycles = double(i) / cycle_samples;
     const Vector3d passed(0, timing_.stride() * cycles, 0);

@@ -1,15 +1,16 @@
 // A made-up motion capture of a walking body, whose joint angles, ground forces and joint moments are known.
 //
-// Inverse kinematics brings the feet to their planned places (walk_plan.hpp), where they neither slide nor sink,
-// and keeps the legs near sketched joint angles (gait_angles.hpp). The body's centre moves so that the ground
-// reaction acts under the feet: first like a linear inverted pendulum over the planned centre of pressure, then
-// corrected by inverse dynamics (Kajita and others, Biped walking pattern generation by using preview control
-// of zero-moment point, ICRA 2003). Truncated Fourier series make the motion smooth and periodic.
+// Inverse kinematics brings the feet to their planned places (walk_plan.hpp), where they neither slide nor
+// sink, and keeps the legs near sketched joint angles (gait_angles.hpp). The body's centre moves so that the
+// ground reaction acts under the feet: first like a linear inverted pendulum over the planned centre of
+// pressure, then corrected by inverse dynamics (Kajita and others, Biped walking pattern generation by using
+// preview control of zero-moment point, ICRA 2003). Truncated Fourier series make the motion smooth and
+// periodic.
 //
-// The ground forces balance the root exactly. A wrench has six components; a foot on the floor can give all of them:
-// three forces, the centre of pressure for the two horizontal moments, and the vertical free moment. Each
-// force points at the body's gravity centre as nearly as the sum of both allows. The walk is exact mechanics, not
-// normal gait.
+// The ground forces balance the root exactly. A wrench has six components; a foot on the floor can give all
+// of them: three forces, the centre of pressure for the two horizontal moments, and the vertical free moment.
+// Each force points at the body's gravity centre as nearly as the sum of both allows. Forces and motion agree
+// exactly, but the walk is not a model of normal gait.
 #pragma once
 
 #include <cstdint>
@@ -55,8 +56,8 @@ Result<SampleWalk> sample_walk(const Scene& body, const std::map<std::string, So
 
 /// The markers in OpenSim's axes (x forwards, y up, z to the right).
 MarkerMotion in_opensim_axes(MarkerMotion markers);
-/// The ground forces with OpenSim's names (ground_force_vx ..., 1_ground_force_vx ...) in its axes; zeros where a
-/// foot is in the air.
+/// The ground forces with OpenSim's names (ground_force_vx ..., 1_ground_force_vx ...) in its axes; zeros
+/// where a foot is in the air.
 MotionTable force_table_of(const std::vector<ExternalLoad>& loads);
 
 }  // namespace borelli

@@ -25,9 +25,9 @@ struct ScaledScene {
 
 /// Scales each solid about its frame's origin: inertia, shapes, markers, points of efforts and constraints.
 /// `factors`: one per solid of the scene, in its order, above zero. A joint's place in its parent, its guided
-/// translations and its screw's pitch scale with the parent; fixed switches after its last moving one scale with
-/// the solid. Positions of coordinates do not change, nor do lengths in efforts and constraints: a warning names
-/// these.
+/// translations and its screw's pitch scale with the parent; fixed switches after its last moving one scale
+/// with the solid. Positions of coordinates do not change, nor do lengths in efforts and constraints: a
+/// warning names these.
 ScaledScene scaled(const Scene& scene, const std::vector<double>& factors, const MassScaling& masses);
 
 /// Sum of all masses, kg. Errors: as inertials_of.

@@ -33,11 +33,12 @@ MarkerMotion mean_frame(const MarkerMotion& trial, double start, double end);
 
 /// Factors s and pose q minimise
 ///   sum_m |x_m(q, s) - y_m|^2 / sigma^2 + sum_b (s_b - g)^2 / (10 %)^2
-/// over the markers that model and trial share; y_m is the mean place of marker m. g is the whole body's factor,
-/// which segments with too few markers follow. sigma is the root mean square of the marker errors, at least
-/// 1 cm, so that segments do not stretch to hide a difference in shape. At a given pose marker places are linear
-/// in s: least squares in s and pose fits (marker_fit.hpp) alternate until no factor changes by 1e-6. Errors: as fit_motion, fewer than three markers in the trial, a
-/// factor that is not between 0.2 and 5.
+/// over the markers that model and trial share; y_m is the mean place of marker m. g is the whole body's
+/// factor, which segments with too few markers follow. sigma is the root mean square of the marker errors, at
+/// least 1 cm, so that segments do not stretch to hide a difference in shape. At a given pose marker places
+/// are linear in s: least squares in s alternate with fits of the pose (marker_fit.hpp) until no factor
+/// changes by 1e-6. Errors: as fit_motion, fewer than three markers in the trial, a factor that is not
+/// between 0.2 and 5.
 Result<StaticFit> fit_static(const Scene& scene, const MarkerMotion& trial, const StaticFitRequest& request);
 
 }  // namespace borelli

@@ -90,7 +90,7 @@ WalkLoads walk_loads(const System& system, const RecordedMotion& motion, const s
       point[f] = planned_pressure(feet[f], timing, cycles);
       planned += share[f] * point[f].head<2>();
     }
-    // a force towards the gravity centre each; what is left of the sum goes by shares
+    // each force points at the gravity centre; the rest of the sum is shared by planned_share
     Vector2d left = whole.force.head<2>();
     for (std::size_t f = 0; f < 2; ++f) {
       point[f].head<2>() += whole.pressure() - planned;

@@ -38,9 +38,9 @@ struct WalkLoads {
   std::vector<std::string> warnings;
 };
 
-/// At the times, s. One foot bears all; in double support the shares are those of planned_share, and the centre of
-/// pressure of both feet is off the planned one by the same vector. Warns where a foot's leaves its sole, by
-/// more than 2 cm.
+/// At the times, s. One foot bears all; in double support the shares are those of planned_share, and the
+/// centre of pressure of both feet is off the planned one by the same vector. Warns where a foot's leaves its
+/// sole, by more than 2 cm.
 WalkLoads walk_loads(const System& system, const RecordedMotion& motion, const std::vector<double>& times,
                      const std::array<WalkingFoot, 2>& feet, const WalkTiming& timing,
                      const FootSoles& soles);

@@ -1,4 +1,4 @@
-// Where the feet of a walking body are, and where the floor presses on them.
+// Plans where the feet of a walking body are, and where the floor presses on them.
 #pragma once
 
 #include <array>
@@ -30,12 +30,12 @@ struct WalkTiming {
 Result<std::array<WalkingFoot, 2>> walking_feet(const std::map<std::string, Pose, std::less<>>& poses,
                                                 const FootSoles& soles, double width);
 
-/// Pose X_WS of a foot at a time in cycles. While it stands, it turns about its heel, lies flat, and then turns
-/// about the metatarsal head; its pitch is that of leg_angles. The floor is z = 0. In the swing the point
-/// that leads changes from metatarsal head to heel, on a smooth arc.
+/// Pose X_WS of a foot at a time in cycles. While it stands, it turns about its heel, lies flat, and then
+/// turns about the metatarsal head; its pitch is that of leg_angles. The floor is z = 0. In the swing the
+/// point that leads changes from metatarsal head to heel, on a smooth arc.
 Pose planned_foot(const WalkingFoot& foot, const WalkTiming& timing, double cycles);
 
-/// Share of the load on a foot: 1 where it stands alone, smooth over double support.
+/// Planned share of the load on a foot: 1 in single support, smooth over double support.
 double planned_share(const WalkingFoot& foot, double cycles);
 
 /// Where the floor is to press on a standing foot, from heel to metatarsal heads.

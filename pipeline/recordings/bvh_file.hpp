@@ -1,7 +1,7 @@
 // BVH: Biovision's text format of a skeleton and its motion.
 //
-// HIERARCHY holds one or more ROOTs. A joint has an OFFSET from its parent, CHANNELS, and further JOINTs or an
-// End Site, a point at the end of a chain. MOTION holds the number of frames, the frame time and a line of
+// HIERARCHY holds one or more ROOTs. A joint has an OFFSET from its parent, CHANNELS, and further JOINTs or
+// an End Site, a point at the end of a chain. MOTION holds the number of frames, the frame time and a line of
 // numbers per frame: the channels' values in the order in which the file declares them. Source: M. Meredith,
 // S. Maddock, "Motion capture file formats explained", University of Sheffield, CS-01-11 (2001); J. Lander,
 // "Working with motion capture file formats", Game Developer, January 1998.
@@ -46,8 +46,8 @@ struct BvhMotion {
 ///
 /// Errors, with their line: other words than the format's; braces that do not match; no OFFSET; a name twice;
 /// a channel that is no position or rotation, or a position twice in one joint; another count of channels
-/// than told; a row with another count of numbers than channels; a frame time that is not above zero; cut short;
-/// too large.
+/// than stated; a row with another count of numbers than channels; a frame time that is not above zero; cut
+/// short; too large.
 Result<BvhMotion> read_bvh(const std::filesystem::path& path);
 Result<BvhMotion> parse_bvh(std::string_view text, const std::string& file);
 

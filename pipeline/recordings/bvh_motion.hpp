@@ -40,8 +40,8 @@ std::vector<Pose> bvh_rest_poses(const BvhMotion& motion);
 std::optional<double> guessed_bvh_unit(const BvhMotion& motion);
 
 /// Joint centres and End Sites as markers, by the joints' names; times are whole frame times from zero.
-/// `metres`: of the file's unit. The file does not tell which way is up. Errors: no frames; `metres` not above
-/// zero; more than the memory limit. `file`: for errors.
+/// `metres`: of the file's unit. The file does not tell which way is up. Errors: no frames; `metres` not
+/// above zero; more than the memory limit. `file`: for errors.
 Result<MarkerMotion> bvh_markers(const BvhMotion& motion, double metres, const std::string& file,
                                  BvhPositions positions = BvhPositions::by_data);
 

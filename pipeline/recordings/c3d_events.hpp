@@ -10,9 +10,9 @@
 
 namespace borelli {
 
-/// All events in the order of their times. The header counts seconds from the first frame, EVENT:TIMES (minutes
-/// and seconds) from frame number 1. An event of the header that stands in the EVENT group too comes once.
-/// `bytes`: the file, of at least 512 bytes.
+/// All events in the order of their times. The header counts seconds from the first frame, EVENT:TIMES
+/// (minutes and seconds) from frame number 1. An event of the header that stands in the EVENT group too comes
+/// once. `bytes`: the file, of at least 512 bytes.
 std::vector<MotionEvent> c3d_events(std::string_view bytes, C3dProcessor processor,
                                     const C3dParameters& parameters, const C3dLayout& layout,
                                     std::vector<std::string>& warnings);

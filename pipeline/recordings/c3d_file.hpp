@@ -60,8 +60,9 @@ struct C3dFile {
 ///   Y_SCREEN it is the plates' normal, if that is along an axis.
 /// - Analog: (number - OFFSET) * SCALE * GEN_SCALE; unsigned where ANALOG:FORMAT says so.
 /// - Counts, frames, scale: as c3d_layout. Forces: as measured_force.
-/// Errors: the file is no C3D (wrong key byte or processor), is cut short, has an unknown unit of length, or has
-/// counts that exceed its size. Counts are compared with the file's size before memory is allocated for them.
+/// Errors: the file is no C3D (wrong key byte or processor), is cut short, has an unknown unit of length, or
+/// has counts that exceed its size. Counts are compared with the file's size before memory is allocated for
+/// them.
 Result<C3dFile> read_c3d(const std::filesystem::path& path);
 
 }  // namespace borelli

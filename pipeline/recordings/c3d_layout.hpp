@@ -29,11 +29,11 @@ struct C3dLayout {
 
 /// Lays out the frames of the file `bytes`, of at least 512 bytes.
 ///
-/// Which one wins: the parameters (POINT:USED, ANALOG:USED, POINT:FRAMES, POINT:RATE, POINT:DATA_START), as the
-/// user guide asks, but for the scale: programs read that of the header, and files whose POINT:SCALE is another
-/// one have the right one there. Where the frames then do not fit in the file, or do not end in its last block,
-/// and do so with the sign of POINT:SCALE, with the header's count of frames or with the whole header, that
-/// wins. A warning tells of it.
+/// Precedence: the parameters (POINT:USED, ANALOG:USED, POINT:FRAMES, POINT:RATE, POINT:DATA_START) override
+/// the header, as the user guide says. The scale is the header's, since programs read that one and it is
+/// right in files with another POINT:SCALE. If the frames then do not fit in the file or do not end in its
+/// last block, variants that fit better replace this, with a warning, in this order: the sign of POINT:SCALE,
+/// the header's count of frames, the whole header.
 ///
 /// The count of frames: POINT:FRAMES, unless it is 65535 or differs from TRIAL's by a multiple of 65536; then
 /// POINT:LONG_FRAMES, then TRIAL:ACTUAL_START_FIELD and ACTUAL_END_FIELD, whose two words are one 32-bit

@@ -12,8 +12,8 @@
 
 namespace borelli {
 
-/// The plates of FORCE_PLATFORM:USED with a type of 1 to 4, rectangular corners and channels of their own. Each
-/// plate that is left out gets a warning with the reason. `metres`: length of one POINT:UNITS, m.
+/// The plates of FORCE_PLATFORM:USED with a type of 1 to 4, rectangular corners and channels of their own.
+/// Each plate that is left out gets a warning with the reason. `metres`: length of one POINT:UNITS, m.
 ///
 /// Channels have the units of ANALOG:UNITS. Where these are missing or unknown, forces are in N, positions in
 /// POINT:UNITS and moments in N x POINT:UNITS. Channels of type 4 are multiplied by CAL_MATRIX (stored by

@@ -35,12 +35,13 @@ struct ExternalLoads {
 
 /// Reads an <ExternalLoads> file and its table, with or without <OpenSimDocument> around it.
 ///
-/// An identifier is the beginning of three column names. Their order is that of the endings x, y, z or 1, 2, 3
-/// ("v" for vx, vy, vz); where the names end otherwise, that of the table, with a warning. If more than three
-/// columns begin so, those with exactly such an ending after the identifier (or after a '.' or '_') are meant.
+/// An identifier is the beginning of three column names. Their order is that of the endings x, y, z or 1, 2,
+/// 3 ("v" for vx, vy, vz); where the names end otherwise, that of the table, with a warning. If more than
+/// three columns begin so, those with exactly such an ending after the identifier (or after a '.' or '_') are
+/// meant.
 ///
-/// `table`: a file to read instead of the one that the XML names. Errors: XML that is no external loads, or of
-/// OpenSim before 2.3.1 (PrescribedForce); no table; a load without body, or without force and moment; an
+/// `table`: a file to read instead of the one that the XML names. Errors: XML that is no external loads, or
+/// of OpenSim before 2.3.1 (PrescribedForce); no table; a load without body, or without force and moment; an
 /// identifier that does not find three columns; as read_motion_table.
 Result<ExternalLoads> read_external_loads(const std::filesystem::path& path,
                                           const std::filesystem::path& table = {});

@@ -33,8 +33,9 @@ struct ForcePlate {
   std::pair<Eigen::Index, Eigen::Index> unloaded{0, 0};
 };
 
-/// The rotation R_WP from the plate's frame to the laboratory, from all four corners. Errors about `plate.name`:
-/// corners that are not finite, edges shorter than 1 cm or longer than 100 m, edges more than 12° from square.
+/// The rotation R_WP from the plate's frame to the laboratory, from all four corners. Errors about
+/// `plate.name`: corners that are not finite, edges shorter than 1 cm or longer than 100 m, edges more than
+/// 12° from square.
 Result<Eigen::Matrix3d> plate_axes(const ForcePlate& plate);
 
 /// The unit vector in the laboratory that points out of the ground: ±z of the plate, on the side of `up`;

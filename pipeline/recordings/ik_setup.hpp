@@ -48,8 +48,8 @@ struct InverseKinematicsSetup {
 };
 
 /// Reads an <InverseKinematicsTool> (or <IKTool>) file, with or without <OpenSimDocument> around it. Errors,
-/// with their line: another file; the trials of OpenSim before 2.3 (IKTrialSet); a task without a name or with
-/// a name that another has; weights below zero; words that are no numbers; an unknown value_type.
+/// with their line: another file; the trials of OpenSim before 2.3 (IKTrialSet); a task without a name or
+/// with a name that another has; weights below zero; words that are no numbers; an unknown value_type.
 Result<InverseKinematicsSetup> read_ik_setup(const std::filesystem::path& path);
 
 }  // namespace borelli

@@ -17,7 +17,7 @@ namespace {
 // The joint and the segment of a line; either may be empty.
 std::pair<std::string_view, std::string_view> parted_line(std::string_view line) {
   std::size_t at = line.find('\t');
-  if (at == line.npos) at = line.rfind('=');  // (no segment's name holds one)
+  if (at == line.npos) at = line.rfind('=');  // (a segment's name contains none)
   if (at == line.npos) at = line.find_last_of(" ");
   if (at == line.npos) return {line, {}};
   return {trimmed(line.substr(0, at)), trimmed(line.substr(at + 1))};

@@ -14,7 +14,7 @@ struct MarkerMotion {
   std::vector<Eigen::Matrix3Xd>
       frames;  ///< m, in the file's axes, one column per name; NaN where a marker was not seen
   std::optional<Eigen::Vector3d>
-      up;  ///< unit vector away from the ground in the file's axes, where the file tells
+      up;  ///< unit vector away from the ground in the file's axes, if the file gives it
 };
 
 }  // namespace borelli

@@ -7,7 +7,8 @@
 
 namespace borelli {
 
-/// What the ground does to the body: force at a point, and the free moment about that point. Axes as the file's.
+/// What the ground does to the body: force at a point, and the free moment about that point. Axes as the
+/// file's.
 struct MeasuredForce {
   std::string name;
   std::vector<double> times;  ///< s, increasing

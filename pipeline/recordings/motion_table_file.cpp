@@ -148,7 +148,8 @@ class MotionTableReader {
     return {};
   }
 
-  // Names stand between tabs and may hold blanks, unless the first row has as many numbers as there are words.
+  // Names stand between tabs and may hold blanks, unless the first row has as many numbers as there are
+  // words.
   std::vector<std::string_view> column_names() const {
     const auto words = blank_words(rows_.line());
     auto names = tab_cells(rows_.line());

@@ -1,9 +1,9 @@
 // OpenSim's .mot and .sto files, and SIMM's older .mot: a header, a line of names, and a row per time.
 //
-// The header's first line is the title. Further lines are `key=value` (version, nRows, nColumns, inDegrees) or,
-// in SIMM's files, `key value` (name, datarows, datacolumns, range, otherdata); other lines are remarks.
-// `endheader` ends it. Source: OpenSim's documentation "Storage (.sto) Files" and "Motion (.mot) Files", and its
-// readers (opensim-core, OpenSim/Common/Storage.cpp and DelimFileAdapter.h).
+// The header's first line is the title. Further lines are `key=value` (version, nRows, nColumns, inDegrees)
+// or, in SIMM's files, `key value` (name, datarows, datacolumns, range, otherdata); other lines are remarks.
+// `endheader` ends it. Source: OpenSim's documentation "Storage (.sto) Files" and "Motion (.mot) Files", and
+// its readers (opensim-core, OpenSim/Common/Storage.cpp and DelimFileAdapter.h).
 #pragma once
 
 #include <filesystem>

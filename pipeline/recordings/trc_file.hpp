@@ -28,10 +28,10 @@ struct TrcFile {
 /// Reads a TRC file, with line ends of any system.
 ///
 /// Cells are between tabs; a row without tabs is split at blanks. Names may be followed by any number of
-/// tabs. An empty cell or NaN is a gap, and so are the markers that a row ends before: a marker is seen where
-/// it has all three coordinates. Rows of blanks are skipped.
+/// tabs. An empty cell or NaN is a gap, as are cells after a row's end; a marker is visible if it has all
+/// three coordinates. Rows of blanks are skipped.
 ///
-/// What the header says and what is there: the rows win over NumFrames, with a warning. The names win over
+/// If the header contradicts the data, the rows override NumFrames, with a warning. The names override
 /// NumMarkers, with a warning, if line 5 has three labels for each name; otherwise the file is refused.
 ///
 /// Errors, with their line: not a TRC file; an unknown unit; a marker that is named twice; a cell that is no

@@ -152,8 +152,8 @@ std::optional<std::pair<double, double>> reach_of(const LabelMap& labels, std::s
   return reach;
 }
 
-/// The stature that the user gave; else the length of a whole body along the patient's z axis, from the top of
-/// the head to the lower foot's end; null: neither is known.
+/// The stature that the user gave; else the length of a whole body along the patient's z axis, from the top
+/// of the head to the lower foot's end; null: neither is known.
 json body_length(const ReportInputs& inputs) {
   const json& table = inputs.table;
   if (table.is_object() && table.contains("source"))

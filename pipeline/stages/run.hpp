@@ -37,7 +37,7 @@ struct CapturedSettings {
   std::string
       marker_map;  ///< from markers to landmarks or segments (joint_mapping.hpp); empty: by their names
   bool other_person = false;  ///< the recorded person is not the scanned one
-  bool calibrate = false;     ///< the motion tells where the markers sit (marker_calibration.hpp)
+  bool calibrate = false;     ///< finds the markers' positions from the motion (marker_calibration.hpp)
   double recorded_mass = 0;   ///< kg, of the other person; 0: as the forces tell
   double cutoff = 6;          ///< Hz, of the low-pass filter over the joint angles; 0: none
   int band_draws = 24;        ///< for each cause of error (effort_bands.hpp); 0: no error bands
@@ -85,9 +85,9 @@ struct RunSettings {
   std::string settings_text;  ///< the user's settings, saved as settings.toml; empty: not saved
 };
 
-/// Runs the stages that are not done yet and returns run.json. A machine that cannot draw (render.hpp) makes no
-/// picture, only a warning. Errors before any work: missing inputs, a folder that cannot be written or is locked by another
-/// run.
+/// Runs the stages that are not done yet and returns run.json. A machine that cannot draw (render.hpp) makes
+/// no picture, only a warning. Errors before any work: missing inputs, a folder that cannot be written or is
+/// locked by another run.
 Result<nlohmann::json> run(const RunSettings& settings, bool force, const StageObserver& observer = {});
 
 }  // namespace borelli

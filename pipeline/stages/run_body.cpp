@@ -215,7 +215,8 @@ Result<json> make_meshes(RunData& data, const StageProgress& progress) {
   return json{{"triangles", counts}, {"files", files}, {"warnings", warnings}};
 }
 
-// A scene edited by hand may hold what a format cannot: then that model is missing, with a warning.
+// A scene edited by hand may contain something that a format cannot hold. That model is then left out, with a
+// warning.
 Result<json> write_models(RunData& data) {
   const auto scene = data.scene();
   if (!scene) return tl::unexpected(scene.error());

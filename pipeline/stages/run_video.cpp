@@ -40,8 +40,8 @@ Result<std::vector<ShownForce>> ground_forces(const RunData& data) {
   return forces;
 }
 
-/// Where the body faces at the start: a scan's front is -y of the patient frame (x left, y back, z up), and the
-/// first solid that the scan has carries it.
+/// Where the body faces at the start: a scan's front is -y of the patient frame (x left, y back, z up), and
+/// the first solid that the scan has carries it.
 std::optional<Eigen::Vector3d> facing(const Trajectory& trajectory, const ScanPoses& X_WS) {
   for (std::size_t s = 0; s < trajectory.solids.size(); ++s)
     if (const auto rest = X_WS.find(trajectory.solids[s]); rest != X_WS.end())

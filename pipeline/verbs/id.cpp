@@ -43,8 +43,8 @@ Result<void> use_setup(IdOptions& o, MotionEffortsRequest& request, const Comman
   return {};
 }
 
-/// The measured forces as loads on bodies: as the set-up of external loads names them, or by which foot stands
-/// on which plate.
+/// The measured forces as loads on bodies: as the set-up of external loads names them, or by which foot
+/// stands on which plate.
 Result<std::vector<ExternalLoad>> read_loads(const IdOptions& o, const Scene& scene, const System& system,
                                              const RecordedPositions& positions, double cutoff,
                                              const Command& command) {

@@ -21,7 +21,7 @@ constexpr std::array views{NamedView{"oblique", 40, 12}, NamedView{"front", 0, 5
 }  // namespace
 
 void add_video_options(CLI::App& verb, VideoAsked& asked, const std::string& where) {
-  // (the others do not demand --video: a run's stored settings hold them all)
+  // (the other options do not require --video, since a run's stored settings contain all of them)
   verb.add_option("--video", asked.file,
                   "Also write a video of the motion, .mp4, " + where + "; needs ffmpeg");
   std::vector<std::string> names;

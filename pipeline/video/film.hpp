@@ -1,4 +1,4 @@
-// What a film shows: a set that stays, and what moves in each frame. on_demand/vtk draws it.
+// What a film shows: a scenery that stays, and what moves in each frame. on_demand/vtk draws it.
 #pragma once
 
 #include <Eigen/Core>

@@ -66,7 +66,7 @@ FilmArrow arrow_at(const ShownForce& force, double t, double metres_per_newton) 
   const auto next = std::min(static_cast<std::size_t>(after - force.times.begin()), force.times.size() - 1);
   const std::size_t before = next == 0 ? 0 : next - 1;
   const bool first = next == 0 || t - force.times[before] < force.times[next] - t;
-  const std::size_t n = first ? before : next;  // the nearest: contact begins and ends at once
+  const std::size_t n = first ? before : next;  // the nearest: contact begins and ends abruptly
   return {force.point[n], force.point[n] + metres_per_newton * force.force[n]};
 }
 
@@ -121,7 +121,8 @@ double round_up(double length) {
   return 10 * power;
 }
 
-/// Edges as far apart as a drawing of lines can show: fewer triangles, within 0.4 % of the size.
+/// The mesh for the wire style, with fewer triangles, within 0.4 % of the size: closer edges would merge in
+/// the drawing.
 Mesh sketched(const Mesh& mesh, double size) {
   if (mesh.triangles.size() < 500 || !is_closed(mesh)) return mesh;  // a shape of the scene
   TriangleSurface surface;

@@ -32,16 +32,16 @@ struct ShownForce {
 
 /// What moves.
 struct MovingBody {
-  /// Each mesh has the name of the solid that carries it, and points in that solid's frame; a mesh whose name is
-  /// no solid's stands still. Meshes named "world: ..." are the ground; without one a grid is drawn.
+  /// Each mesh has the name of the solid that carries it, and points in that solid's frame; a mesh whose name
+  /// is no solid's stands still. Meshes named "world: ..." are the ground; without one a grid is drawn.
   std::vector<Mesh> meshes;
   std::vector<Colour> colours;
   const Skin* skin = nullptr;  ///< drawn instead of the meshes, except in the style wire
   const Trajectory* trajectory = nullptr;
   std::vector<ShownForce> forces;
   Eigen::Vector3d up{0, 0, 1};  ///< unit vector
-  /// Where the body faces at the start; the views are named by it. None, or along `up`: against y, turned as z
-  /// is to `up`.
+  /// Where the body faces at the start; the views are named by it. None, or along `up`: against y, turned as
+  /// z is to `up`.
   std::optional<Eigen::Vector3d> front = {};
 };
 
@@ -61,8 +61,8 @@ struct Film {
 /// Errors: nothing to show, a trajectory without times.
 Result<Film> film_of(const MovingBody& body, const VideoOptions& options);
 
-/// Writes the video. `progress`: of the share done; false stops. Errors: those of film_of and check_video; not
-/// writable; stopped.
+/// Writes the video. `progress`: of the share done; false stops. Errors: those of film_of and check_video;
+/// not writable; stopped.
 Result<std::size_t> write_video(const std::filesystem::path& path, const MovingBody& body,
                                 const VideoOptions& options,
                                 const std::function<bool(double)>& progress = {});

@@ -1,5 +1,5 @@
-// What is known of a body before its parts are: the scan on the work grid, masks of body and bone, and the
-// maps and measures that later steps need.
+// What is known of a body before its parts are found: the scan on the work grid, masks of body and bone, and
+// the maps and measures that later steps need.
 #pragma once
 
 #include <memory>

@@ -14,7 +14,7 @@ constexpr double thin = 7.5;
 // a thin object that touches the body and is no longer than this belongs to it (a hand with spread fingers),
 // mm
 constexpr double small_extent = 170;
-// least bone in a finger or toe separated from the body, mm^3 (the thumb's phalanges have some 2000)
+// least bone in a finger or toe separated from the body, mm^3 (the thumb's phalanges have about 2000)
 constexpr double finger_bone = 250;
 // widest gap across which a finger still belongs to a body, mm
 constexpr double finger_gap = 10;

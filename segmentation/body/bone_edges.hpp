@@ -11,7 +11,7 @@ namespace borelli {
 /// A region of a scan, resampled along the patient's axes as CT numbers.
 struct CloseUp {
   /// Isotropic grid, integer values; padding_hu outside the scan. Stored as double, since interpolation reads
-  /// it some hundred million times.
+  /// it about a hundred million times.
   Volume<double> hu;
   double blur = 1;      ///< cube root of the scan's voxel volume, the width of a blurred edge, mm
   double coarsest = 1;  ///< the scan's largest spacing, mm

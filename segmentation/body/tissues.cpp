@@ -12,7 +12,7 @@ namespace {
 
 // largest section of a marrow cavity (femoral condyles or a vertebra), mm^2
 constexpr double marrow_section = 3500;
-// smallest piece that counts as bone, mm^3 (a finger's phalanx has some 500)
+// smallest piece that counts as bone, mm^3 (a finger's phalanx has about 500)
 constexpr double smallest_bone = 250;
 
 // Bounding box of bone in a slice perpendicular to one axis, along the other two axes; empty if last < first.

@@ -14,8 +14,8 @@ namespace borelli {
 /// read_dicom_pixels.
 Result<ScannedVolume> read_dicom_folder(const std::string& folder, const ReadOptions& options);
 
-/// The slices of the series that read_dicom_folder reads, and their grid, without pixels. The first notes say why
-/// this series was chosen. Errors: those of read_dicom_folder about headers.
+/// The slices of the series that read_dicom_folder reads, and their grid, without pixels. The first notes say
+/// why this series was chosen. Errors: those of read_dicom_folder about headers.
 Result<SliceStack> find_dicom_stack(const std::string& folder, const Progress& progress = {});
 
 }  // namespace borelli

@@ -169,8 +169,8 @@ class SegmentationObject {
   }
 
  private:
-  // A segment's name is of the type LO (PS3.5, 6.2). The file has one character set: the patient's if the patient is
-  // copied, else UTF-8.
+  // A segment's name is of the type LO (PS3.5, 6.2). The file has one character set: the patient's if the
+  // patient is copied, else UTF-8.
   Result<void> check_name(const std::string& path, const std::string& name) const {
     if (name.size() > 64)
       return failure(path, fmt::format("was not written: the name '{}' is longer than DICOM's 64", name));

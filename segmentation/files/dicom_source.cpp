@@ -12,8 +12,8 @@
 namespace borelli {
 namespace {
 
-// SpecificCharacterSet; StudyDate, StudyTime, AccessionNumber, ReferringPhysicianName; PatientName, PatientID,
-// PatientBirthDate, PatientSex, PatientAge, PatientSize, PatientWeight; StudyID
+// SpecificCharacterSet; StudyDate, StudyTime, AccessionNumber, ReferringPhysicianName; PatientName,
+// PatientID, PatientBirthDate, PatientSex, PatientAge, PatientSize, PatientWeight; StudyID
 constexpr std::uint32_t patient_tags[] = {0x00080005, 0x00080020, 0x00080030, 0x00080050, 0x00080090,
                                           0x00100010, 0x00100020, 0x00100030, 0x00100040, 0x00101010,
                                           0x00101020, 0x00101030, 0x00200010};

@@ -1,4 +1,4 @@
-// What a DICOM object that is derived from a scan says of it: UIDs of its study, series and images.
+// Reads from a scan what a DICOM object derived from it must state: UIDs of study, series and images.
 #pragma once
 
 #include <map>
@@ -20,10 +20,10 @@ struct DicomReference {
 struct DicomSource {
   Grid grid;                                      ///< of the scan, as read_volume gives it
   std::string study_uid, frame_of_reference_uid;  ///< empty where the files have none
-  /// The images behind slice k of the grid: one, or two where the slice was interpolated. Without images that
-  /// lack UIDs.
+  /// The images that slice k of the grid comes from: one, or two where the slice was interpolated. Images
+  /// without UIDs are left out.
   std::vector<std::vector<DicomReference>> images;
-  /// Whom and when the scan shows: elements of the modules Patient and General Study (PS3.3, C.7.1.1, C.7.2.1),
+  /// The patient and the date: elements of the modules Patient and General Study (PS3.3, C.7.1.1, C.7.2.1),
   /// and SpecificCharacterSet, as the file has them.
   std::map<std::uint32_t, std::string> patient;
 };

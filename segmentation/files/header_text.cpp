@@ -12,7 +12,7 @@
 namespace borelli {
 namespace {
 
-constexpr std::size_t longest = std::size_t{1} << 20;  // bytes; headers have some hundreds
+constexpr std::size_t longest = std::size_t{1} << 20;  // bytes; headers have hundreds
 
 bool separates(char c) { return std::string_view(" \t,()[]{}\"").find(c) != std::string_view::npos; }
 

@@ -1,4 +1,5 @@
-// Maps a segment's coded terminology to a class and back: a SNOMED CT code (or its meaning in words) and a side.
+// Maps a segment's coded terminology to a class and back: a SNOMED CT code (or its meaning in words) and a
+// side.
 //
 // DICOM PS3.3, C.8.20.4 (Segmented Property Type, its modifier, Anatomic Region). 3D Slicer writes the same
 // into a segment's tags (slicer.readthedocs.io, developer guide, Segmentations, "TerminologyEntry").
@@ -24,8 +25,8 @@ struct SegmentTerms {
 /// The class of data/terminology.tsv that the terms name (femur_left); empty if there is none.
 std::string class_of_terms(const SegmentTerms& terms);
 
-/// The terms of a part (data/part_terms.tsv) or of a class (data/terminology.tsv), for a file that is written;
-/// "Tissue" for other names, as 3D Slicer has it.
+/// The terms of a part (data/part_terms.tsv) or of a class (data/terminology.tsv), for a file that is
+/// written; "Tissue" for other names, as 3D Slicer has it.
 SegmentTerms terms_of_class(std::string_view name);
 
 /// The terms in a segment's tags ("TerminologyEntry:...~SCT^...^...~...|..."); empty terms if absent.

@@ -20,7 +20,7 @@ namespace borelli {
 inline constexpr float no_way = std::numeric_limits<float>::infinity();
 
 /// Cost of each voxel that paths may enter. Cost and length lie side by side, since both are read together.
-/// The memory comes zeroed from the system, that is closed: voxels that stay closed are never written.
+/// The system gives zeroed memory, and 0 means closed: so voxels that stay closed are never written.
 struct Places {
   struct Place {
     float cost;    ///< 0: closed

@@ -193,8 +193,8 @@ void find_t8(const Anatomy& a, const Trunk& trunk, Landmarks& marks) {
 
 // ---- forearm
 
-// A section perpendicular to the forearm: the places of its bone in the plane, mm; own(p) tells whether a
-// point counts.
+// A section perpendicular to the forearm: positions of its bone in the plane, mm; own(p): whether a point
+// counts.
 template <class Own>
 std::vector<Vector2d> section(const CloseUp& view, const Vector3d& centre, const Vector3d& x,
                               const Vector3d& y, double reach, const Own& own) {
@@ -361,7 +361,7 @@ void find_metatarsals(const Anatomy& a, const Volume<std::uint8_t>& owner, const
   const int part = part_label("foot" + at);
   const auto bones = bones_of(a, owner, [&](int own) { return own == part; });
   // Thick slices and toes held close hide the heads' position along the foot: it is by proportion, within
-  // some 4 % of the foot's length, which hardly turns the foot's frame. Sides and heights are measured.
+  // about 4 % of the foot's length, which hardly turns the foot's frame. Sides and heights are measured.
   constexpr double ball = 0.73, little_ball = 0.64, spread = 0.06, radius_1 = 7.5, radius_5 = 5.5;
   const double first = radius_1 * s - side_of(bones, foot, -1, ball - spread, ball + spread),
                fifth = side_of(bones, foot, 1, little_ball - spread, little_ball + spread) - radius_5 * s;

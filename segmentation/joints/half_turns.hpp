@@ -14,10 +14,10 @@ namespace borelli {
 /// along or against a header axis. Empty if they agree or if too little is in view.
 ///
 /// Front and back: between ribs and pelvis, spine and sacrum lie close to the skin of the back, and no bone
-/// lies close to the skin of the belly. Over some 300 mm of an adult's trunk, bone is at least 40 mm nearer
-/// to the back. Only the pubis, over some 50 mm, is that much nearer to the front. Up and down: head and neck
-/// above the lungs' tops, even with arms overhead, have less volume than the chest. Most of the body lies
-/// below the lungs.
+/// lies close to the skin of the belly. Over about 300 mm of an adult's trunk, bone is at least 40 mm nearer
+/// to the back. Only the pubis, over about 50 mm, is that much nearer to the front. Up and down: head and
+/// neck above the lungs' tops, even with arms overhead, have less volume than the chest. Most of the body
+/// lies below the lungs.
 std::optional<Eigen::Matrix3d> half_turn(const Anatomy& anatomy, const Trunk& trunk);
 
 /// Describes the contradiction between header and body for the user; `axes` from half_turn.

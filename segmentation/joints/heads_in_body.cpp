@@ -118,7 +118,7 @@ bool HeadsInBody::below_lungs(double z) const {
 bool HeadsInBody::vertebra_between(const FoundSphere& left, const FoundSphere& right) const {
   const Vector3d half(25, 100, 15);
   const double bone = shares(anatomy_, 0.5 * (left.centre + right.centre), half).bone * 4 * half[0] * half[1];
-  constexpr double most_bone = 1200;  // mm^2; a sacrum has some 1900, coccyx and symphysis some 500
+  constexpr double most_bone = 1200;  // mm^2; a sacrum has about 1900, coccyx and symphysis about 500
   return bone >= most_bone;
 }
 

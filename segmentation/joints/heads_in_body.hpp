@@ -31,9 +31,9 @@ class HeadsInBody {
   bool cuts_from_above(const FoundSphere& ball, double near) const;
   /// See Trunk::lungs.
   std::array<double, 2> lungs() const;
-  /// True if the surroundings of two candidate centres fit shoulders: the lung tops lie between and below
-  /// them, taper upwards and end soon above. The region above the heads must be in view. Legs have no lung,
-  /// and beside the ribs the lung continues.
+  /// True if the surroundings of two candidate centres fit shoulders: the tops of the lungs lie between and
+  /// below them, taper upwards and end just above. The region above the heads must be in view. Legs have no
+  /// lung, and beside the ribs the lung continues.
   bool at_shoulders(const Eigen::Vector3d& left, const Eigen::Vector3d& right) const;
   /// True if the scan's side cuts the trunk near the plane x = `middle` (mm, LPS), so that only `side` of the
   /// body is in view. The area of body cut there exceeds that of a limb.

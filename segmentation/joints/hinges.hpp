@@ -21,7 +21,7 @@ struct Hinge {
 /// Fits the cylinder that most bone edges agree on. Rays leave points of the axis, up to `reach` mm to both
 /// sides of its point, perpendicular to it. Edges count within `least` to `most` mm.
 ///
-/// The point is searched within `search` mm of `near` (mm, LPS); the axis may turn some 15 degrees from
+/// The point is searched within `search` mm of `near` (mm, LPS); the axis may turn about 15 degrees from
 /// `axis`. Shafts and the end of the other bone are round too, so several start points are tried. The start
 /// with most agreeing rays wins, unless another is clearly better on the side that the joint's surface faces
 /// (unit `facing`; the shaft lies on the other side) and lies near.

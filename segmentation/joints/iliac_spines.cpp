@@ -102,7 +102,7 @@ void find_iliac_spines_about(const Anatomy& a, const Trunk& trunk, const Limbs& 
   const double s = trunk.scale;
   // Without hips, and with the sacroiliac gap blocking the paths along bones, size distinguishes the pelvis
   // from a hand's bones.
-  const double large = 40e3 * std::pow(s, 3);  // mm^3; a hand's bones together have some 20e3
+  const double large = 40e3 * std::pow(s, 3);  // mm^3; a hand's bones together have about 20e3
   const Regions bones = connected_regions(a.bone, 6);
   const auto is_pelvis = [&](std::int64_t i, std::int64_t j, std::int64_t k) {
     if (!a.bone.at(i, j, k) || limbs.arm_at(i, j, k)) return false;

@@ -20,12 +20,13 @@ struct JointsAlongWay {
   double end = 0;            ///< ankle or wrist
 };
 
+/// Joints on a leg's or an arm's path. `scale`: the body's size, see Trunk.
 JointsAlongWay leg_joints(const LimbWay& way, double scale);
 JointsAlongWay arm_joints(const LimbWay& way, double scale);
 
 /// A candidate wrist on an arm's path.
 struct WristPlace {
-  Eigen::Vector3d point;  ///< log odds against a place with no dip and usual lengths
+  Eigen::Vector3d point;  ///< mm, LPS
   double log_odds = 0;    ///< against a place without a dip and of usual lengths
 };
 

@@ -64,7 +64,7 @@ void place_cut_ankles(const Trunk& trunk, const Limbs& limbs, Landmarks& marks) 
       if (!past_knee) continue;
       cut = cut || way.at_edge[n];
       if (r < length) continue;
-      // left and right lengths differ by some 2 %; the path stays within the visible part of the bones
+      // left and right lengths differ by about 2 %; the path stays within the visible part of the bones
       constexpr double within = 15;
       if (cut)
         marks["ankle" + at] = {way.points[n], std::hypot(0.02 * length, within), 0,

@@ -20,8 +20,8 @@ bool is_doubted(const Landmark& mark);
 ///
 /// Left and right disagree if they differ by more than 3 % of the length plus the joints' deviations. The far
 /// joint with the clearly larger deviation is then doubtful; else the one whose length is unlikely for the
-/// body; else both. Both are doubtful in arms that touch, since one gains what the other lacks, and on
-/// `large_voxels`, where the end of another bone passes for a cylinder.
+/// body; else both. Both are doubtful in arms that touch, since the length that one gains the other loses,
+/// and on `large_voxels`, where the end of another bone passes for a cylinder.
 ///
 /// The deviations of a doubtful joint and its epicondyles grow to the difference. Its source ends with
 /// `unlike_other_side`, or with `unlike_body` if only the body's size contradicts it.

@@ -109,7 +109,7 @@ LimbWay follow(const Anatomy& a, const Geodesic& territory, Limb limb) {
   if (farthest <= 0) return way;
   way.present = true;
   way.cut = a.near_edge(point(end), 8);
-  // resamples at equal path lengths, then smooths over some 15 mm
+  // resamples at equal path lengths, then smooths over about 15 mm
   const auto voxels = territory.way_to(end);
   std::vector<Vector3d> raw;
   std::size_t at = 0;
@@ -171,7 +171,7 @@ Limbs limbs_of(const Anatomy& a, const Trunk& trunk, Geodesic territory) {
 // Removes the trunk's seeds above the hips in small bones without any other seed of the trunk: those of a
 // hand. The iliac wings are large, and ribs begin at the spine.
 void unmark_hands(const Anatomy& a, const Trunk& trunk, const Mask& wings, Volume<std::uint8_t>& seeds) {
-  const double small = 40e3 * std::pow(trunk.scale, 3);  // mm^3; a hand's bones together have some 20e3
+  const double small = 40e3 * std::pow(trunk.scale, 3);  // mm^3; a hand's bones together have about 20e3
   constexpr auto axial = static_cast<std::uint8_t>(Limb::axial);
   const Regions bones = connected_regions(a.bone, 6);
   std::vector<char> own(bones.list.size() + 1, 0);
@@ -302,7 +302,7 @@ Limbs trace_limbs(const Anatomy& a, const Trunk& trunk) {
   if (limbs.arms_meet) part_arms(a, cost(), seeds, limbs);
   // A hand on the hip is as near to the pelvis' bones as to its own, and the path from there is shorter than
   // along its arm. The arm then ends early, or before the other arm does.
-  constexpr double far_enough = 500, gained = 100;  // mm; a whole arm's path has some 700
+  constexpr double far_enough = 500, gained = 100;  // mm; a whole arm's path has about 700
   const auto ends_early = [&](int side) {
     const LimbWay &way = limbs.arm(side), &other = limbs.arm(1 - side);
     return way.present && !way.cut &&

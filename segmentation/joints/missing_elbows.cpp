@@ -108,8 +108,8 @@ void place_missing_elbows(const Anatomy& a, const Limbs& limbs, const Volume<std
     if (!elbow) continue;
     const Vector3d along = (*elbow - head).normalized();
     if (flesh_beyond(a, owner, part_label("upper_arm" + at), *elbow, along) < piece) continue;
-    // Lengths differ by some 2 % between left and right, 6 % between bodies of one stature, and 12 % between
-    // bodies of one shoulder breadth. The shaft's line is off by some 3 degrees.
+    // Lengths differ by about 2 % between left and right, 6 % between bodies of one stature, and 12 % between
+    // bodies of one shoulder breadth. The shaft's line is off by about 3 degrees.
     const double differ = mirrored ? 0.02 : marks.contains("hip_left") ? 0.06 : 0.12;
     const double deviation = std::hypot(differ * length, 0.05 * length);
     placed["elbow" + at] = {*elbow, deviation, 0,

@@ -141,7 +141,7 @@ std::optional<Pair> find_heads(const Anatomy& a, const LimbRoots& roots, RoundHe
 constexpr double above_end = 12;
 
 // mm between a head's centre and the scan's upper end: a sphere on part of a head lies up to 30 mm too low;
-// without the iliac spines, some 80 mm above the hips, a hip was 20 mm off
+// without the iliac spines, about 80 mm above the hips, a hip was 20 mm off
 constexpr double below_end = 55, below_ilium = 85;
 
 void find_hips(const Anatomy& a, const HeadsInBody& body, RoundHeads& candidates, Trunk& trunk) {

@@ -77,8 +77,8 @@ std::optional<Sternum> find_sternum(const Anatomy& a, const Trunk& trunk, const 
 }
 
 // Lower end of the sternum's bone near `tip` (mm, patient z), from the area of its sections in the scan
-// itself: the end tapers and is too slender for voxel edges. The last section that counts is some 3 mm across
-// in an adult.
+// itself: the end tapers and is too slender for voxel edges. The last section that counts is about 3 mm
+// across in an adult.
 std::optional<double> sternum_end(const Anatomy& a, const Vector3d& tip, double scale) {
   constexpr double soft = 120, bone = 320, up = 8, down = 12, step = 0.5;  // CT numbers; mm
   const double least = 8 * scale * scale;                                  // mm^2
@@ -243,7 +243,7 @@ void find_neck(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, Landmar
 // the trunk's front: the foremost skin and bone there may be the arm's. A stump, which ends above the elbow,
 // does not reach the front.
 void doubt_front(const Trunk& trunk, const Limbs& limbs, Landmarks& marks) {
-  constexpr double arm_thick = 40, shortest = 230;  // mm; of an upper arm some 280
+  constexpr double arm_thick = 40, shortest = 230;  // mm; of an upper arm about 280
   for (const int side : {left_side, right_side}) {
     const LimbWay& arm = limbs.arm(side);
     if (!arm.present || arm.cut || marks.contains(std::string("elbow") + side_suffix(side))) continue;

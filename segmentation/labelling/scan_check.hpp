@@ -1,4 +1,4 @@
-// What segment() refuses before it looks for a body.
+// Checks that segment() makes before it looks for a body.
 #pragma once
 
 #include "error/error.hpp"

@@ -28,9 +28,8 @@ class Forest;
 
 enum class Coverage {
   absent,  ///< not in the scan
-  cut,     ///< in the scan, but not as a part of its own: the scan's edge cuts it, or no plane parts it from
-           ///< its neighbour in the limb (then the one nearer the trunk holds both), or it is a stump; the
-           ///< note says which
+  cut,     ///< in the scan, but the scan's edge cuts it, no plane separates it from its neighbour in the limb
+           ///< (then the one nearer the trunk holds both), or it is a stump; the note says which
   whole
 };
 std::string_view name_of(Coverage coverage);

@@ -15,7 +15,7 @@ Eigen::Matrix3d axes_of(const Vector3d& left, const Vector3d& up) {
   return axes;
 }
 
-// The same without hips and shoulders, from the body's shape: up along the centres of its sections, left
+// The body's axes without hips and shoulders, from its shape: up along the centres of its sections, left
 // along their longer axis.
 Eigen::Matrix3d axes_of_form(const Anatomy& a) {
   const auto& g = a.grid();

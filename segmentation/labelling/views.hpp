@@ -49,9 +49,9 @@ bool has_both(const Trunk& trunk);
 /// The body's left, back and up as columns, in the patient frame, from hips and shoulders (has_both()).
 Eigen::Matrix3d axes_of(const Trunk& trunk);
 
-/// Further views, given what an adult's directions and lengths found. With hips and shoulders: along the found
-/// axes and at the found size if these are unusual. Else along the axes of the body's shape, and at the sizes
-/// of a child and a giant if the scan may hold a whole trunk of that size.
+/// Further views, given what an adult's directions and lengths found. With hips and shoulders: along the
+/// found axes and at the found size if these are unusual. Else along the axes of the body's shape, and at the
+/// sizes of a child and a giant if the scan may hold a whole trunk of that size.
 std::vector<View> other_views(const Anatomy& a, const Trunk& trunk);
 
 }  // namespace borelli

@@ -208,7 +208,7 @@ void VoxelFeatures::fill(std::size_t o, std::span<std::int16_t> values) const {
     return branches_.sections[static_cast<std::size_t>(s)];
   };
   const BodySection& section = at(branches_.section[o]);
-  // sections some 60 mm nearer to the body's centre, and farther from it
+  // sections about 60 mm nearer to the body's centre, and farther from it
   const BodySection *before = &section, *after = &section;
   for (int s = 0; s < 5 && before->parent >= 0; ++s) before = &at(before->parent);
   for (int s = 0; s < 5 && after->main_child >= 0; ++s) after = &at(after->main_child);

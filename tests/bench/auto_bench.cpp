@@ -1,9 +1,9 @@
-// How well --accuracy chooses: auto_bench [SCENE | SEED ...] runs scenes by every method and by the program's
-// own choice (without the run that verifies), and prints, per scene and accuracy asked for, how far the
-// choice is off in parts of what was asked, and what it costs, in evaluations, in parts of the cheapest
-// method's at that error. Without scenes: the samples, every other family of which (pendulum and pendulum_3
-// to pendulum_7 are one) the choice was tuned on, and 40 random trees. The other half and 40 other trees
-// judge it. A number is the seed of such a tree. Scenes that are chaotic count up to where a reference ends.
+// How well --accuracy chooses: auto_bench [SCENE | SEED ...]. Runs each scene by every method and by the
+// program's own choice (without the verifying run). Prints two ratios per scene and requested accuracy: the
+// error over the accuracy, and the evaluations over those of the cheapest method at that error. Without
+// arguments it runs the samples and random trees. The choice was tuned on every other family of samples
+// (pendulum and pendulum_3 to pendulum_7 are one family) and 40 trees; the other families and 40 other trees
+// judge it. A number is the seed of a tree. Chaotic scenes count up to where their reference ends.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -25,7 +25,7 @@ constexpr double loose = 1e-2, tight = 1e-9;  // accuracies judged
 
 double error_of(const WorkPrecisionPoint& p) { return std::max(p.errors.position, p.errors.orientation); }
 
-// what the methods need for that error, on the lines between their runs in the logarithms of both
+// evaluations that the cheapest method needs for that error, interpolated between its runs in logarithms
 struct Cheapest {
   double evaluations = std::numeric_limits<double>::infinity();
   std::string method = "none";
@@ -76,7 +76,7 @@ void judge(Scene scene, Judged& all) {
   settings.repeats = 1;
   settings.budget = 0.1;
   auto chart = work_precision(scene, settings);
-  // (a choice is judged over the whole motion that it is made for)
+  // a choice is judged over the whole motion
   if (chart && chart->reference.found && chart->reference.horizon < scene.simulation.end_time * (1 - 1e-9)) {
     scene.simulation.end_time = chart->reference.horizon;
     chart = work_precision(scene, settings);

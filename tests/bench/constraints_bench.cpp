@@ -1,11 +1,11 @@
-// Nanoseconds from positions and velocities to accelerations where closed loops hold the bodies, in ours and
-// in MuJoCo on the same models in one run: N windows of bars (the IFToMM benchmark's "N-four-bar", A02), and
-// a human whose two feet are held by the ground.
+// Nanoseconds from positions and velocities to accelerations with closed loops. Borelli and MuJoCo run the
+// same models in one program: N windows of bars (the IFToMM benchmark's "N-four-bar", A02), and a human whose
+// feet are both fixed to the ground.
 //
-// `accelerations`: within a step; `accelerations_and_rank`: with what is decided once per step, which of the
-// rows depend on others. MuJoCo's rows are soft and none is redundant to it: its forces are found by its
-// Newton solver, warm started. In the end the ratios of the medians; so run with --benchmark_repetitions and
-// --benchmark_enable_random_interleaving=true.
+// `accelerations` is one evaluation within a step; `accelerations_and_rank` adds the search for dependent
+// rows, done once per step. MuJoCo's rows are soft, so it has no dependent rows; its warm-started Newton
+// solver finds the forces. The program ends with the ratios of the medians: run it with
+// --benchmark_repetitions and --benchmark_enable_random_interleaving=true.
 #include <fmt/core.h>
 
 #include <filesystem>
@@ -44,7 +44,7 @@ std::string windows(int n) {
       100 + 10 * n, bodies, loops);
 }
 
-/// The human of the data with both feet held; empty where it is not here.
+/// The MJCF human with both feet held; empty if the file is missing.
 std::string standing_human() {
   std::ifstream file(test::shared_folder() + "/models/bench/human.xml");
   std::stringstream text;
@@ -55,7 +55,7 @@ std::string standing_human() {
   return out.insert(end, "<equality><weld body1='footL'/><weld body1='footR'/></equality>\n");
 }
 
-/// A pair from a model's text, which must have no other file beside it.
+/// A pair from a model's text, which must not name other files.
 std::unique_ptr<MujocoPair> pair_of(const std::string& text) {
   const auto file = std::filesystem::temp_directory_path() /
                     fmt::format("constraints_bench_{}.xml", std::random_device()());

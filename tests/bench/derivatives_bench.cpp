@@ -1,6 +1,6 @@
-// What derivatives cost beside what they differentiate, in one run: all of dtau/d(q, v) with A over inverse
-// dynamics, all of da/d(q, v) with the accelerations over the accelerations alone, and evaluate() with and
-// without a Workspace of its own over the accelerations. Processor time of one thread, least of the rounds.
+// The cost of derivatives relative to the function that they differentiate. Three ratios: dtau/d(q, v) and A
+// to inverse dynamics; da/d(q, v) and the accelerations to the accelerations alone; evaluate(), with a given
+// Workspace and with a new one, to the accelerations. Processor time of one thread, least of the rounds.
 // Writes a table.
 #include <fmt/format.h>
 #include <time.h>
@@ -23,7 +23,7 @@ double processor_time() {
   return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
 }
 
-/// One thing to be timed: the least time of a call, s.
+/// A function to be timed, and its least time per call, s.
 struct Timed {
   std::function<void()> call;
   double least = 1e9;

@@ -1,5 +1,6 @@
-// How often the exact value lies within two standard deviations, by entry: deviations_bench [mr] [trials]
-// [finest mm] [coarsest]; mr: of MR scans. Not a timing; a longer run of tests/pipeline/deviations_test.cpp.
+// How often the exact value of each table entry lies within two of its standard deviations: deviations_bench
+// [mr] [trials] [finest mm] [coarsest]; `mr` draws MR scans. Not a timing, but a longer run of
+// tests/pipeline/deviations_test.cpp.
 #include <fmt/core.h>
 
 #include <cstdlib>

@@ -1,8 +1,7 @@
-// A Monte-Carlo of a human's swings: a second of free motion from each of a thousand starts, whose angles and
-// velocities are drawn anew, by simulate_ensemble on one core and on all, and MuJoCo's one after the other
-// from the first of the same starts, on one core. Motions per second of wall time; labels: the largest error
-// of a coordinate (m, rad, or a quaternion's part) of the first starts at their ends, against dop853 at
-// 1e-12, and how many are trusted.
+// A Monte Carlo of a human: a second of free motion from each of a thousand random starts. simulate_ensemble
+// runs them on one core and on all; MuJoCo runs the first of them one by one on one core. Reports motions per
+// second of wall time. The labels give the largest error of a final coordinate (m, rad, or a quaternion
+// component) of the first starts, against dop853 at 1e-12, and how many runs are trusted.
 #include <benchmark/benchmark.h>
 #include <fmt/core.h>
 
@@ -16,12 +15,12 @@
 namespace borelli {
 namespace {
 
-constexpr int starts = 1000, judged = 24;  // of the latter the errors, and what MuJoCo makes
+constexpr int starts = 1000, judged = 24;  // `judged`: starts that MuJoCo runs and whose errors count
 
 struct Falls {
   MujocoPair pair;
   std::vector<Member> members;
-  std::vector<Eigen::VectorXd> ends;  ///< q of the first ones
+  std::vector<Eigen::VectorXd> ends;  ///< final q of the first starts
 
   explicit Falls(const std::string& file)
       : pair(file, mjDSBL_CONSTRAINT | mjDSBL_CONTACT | mjDSBL_ACTUATION) {
@@ -49,7 +48,7 @@ struct Falls {
   }
 };
 
-/// Takes a motion's end into the largest error; infinite where there is none, or no number.
+/// Updates the largest error with a motion's end; infinite if the run failed or q is not finite.
 void judge(const Eigen::Ref<const Eigen::VectorXd>& end, const Eigen::VectorXd& reference, double& largest) {
   const bool whole = end.size() == reference.size() && end.allFinite();
   const double error =

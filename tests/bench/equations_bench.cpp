@@ -1,6 +1,6 @@
-// Nanoseconds for the accelerations (of up to 10000 bodies) by either equations, `lagrange` (the paper's
-// scan, then a factor of A) and `recursive` (articulated bodies), over chains of n hinges, independent bars,
-// binary trees of hinges, a body of balls, and a chain whose end is held; in the end the cost of lagrange
+// Nanoseconds for the accelerations of up to 10000 bodies, by `lagrange` (the paper's scan, then a factor of
+// A) and by `recursive` (articulated bodies). Models: chains of n hinges, independent bars, binary trees of
+// hinges, a body of ball joints, and a chain with a fixed end. The program ends with the cost of lagrange
 // over that of recursive.
 #include <benchmark/benchmark.h>
 
@@ -113,7 +113,7 @@ void register_all() {
   for (const auto& scene : scenes)
     for (int n : scene.sizes)
       for (Equations equations : {Equations::lagrange, Equations::recursive}) {
-        constexpr int most_by_scan = 400;  // A and its factor grow with the square of it, and more
+        constexpr int most_by_scan = 400;  // A grows as n^2, its factor's cost as n^3
         if (equations == Equations::lagrange && n > most_by_scan) continue;
         benchmark::RegisterBenchmark(
             (std::string(scene.name) + (equations == Equations::lagrange ? "/lagrange" : "/recursive"))

@@ -1,10 +1,10 @@
-// The human dropped on the floor (human_floor.toml, then the same as MJCF, human_contact.xml, where that is
-// here; or the scenes and models that are named; 5 s) by Moreau's time stepping at several steps, from twelve
-// heights, a fall an iteration. Counters: of a fall's processor time the median, least and most (s); the mean
-// of the steps, and of those tried in vain; of all falls the deepest overlap (m), the largest error of the
-// energy balance or of what contacts gave or took beside their laws, in parts of what is turned over, and
-// most that putting apart moved (J); how far a frictionless floor lets the horizontal momentum stray, which
-// it cannot change (kg m/s); and how many are trusted, the label saying why one is not.
+// A human dropped on the floor for 5 s by Moreau's time stepping, at several steps and from twelve heights.
+// It is human_floor.toml, then the same human as MJCF (human_contact.xml, if present), or the named files.
+// One fall is one iteration. Counters: median, least and most processor time of a fall (s); mean accepted and
+// rejected steps (`in_vain`); the deepest overlap (m); `energy`, the largest error of the energy balance or
+// of the contacts' energy, as a share of the energy turned over; `moved`, the largest energy change by
+// separating overlaps (J); `momentum`, the largest horizontal momentum with a frictionless floor, exactly 0
+// in theory (kg m/s); and the number of trusted falls. The label says why a fall is not trusted.
 #include <benchmark/benchmark.h>
 #include <fmt/core.h>
 
@@ -21,7 +21,7 @@
 namespace borelli {
 namespace {
 
-constexpr int starts = 12;  // each a millimetre above the one before: falls so alike end in unlike heaps
+constexpr int starts = 12;  // each 1 mm higher; such near falls end in different heaps
 
 /// The largest horizontal momentum without friction, kg m/s (the start has none); NaN where the run fails.
 double stray_momentum(Scene scene, const SimulationSettings& settings) {

@@ -1,9 +1,9 @@
 #!/bin/bash
 # All charts on one page, losses included: tests/bench/gallery.sh [--quick] [FOLDER]
 #
-# Runs what makes charts (built by the preset "release" with BORELLI_TESTS=ON) and leaves FOLDER/index.html (default:
-# gallery/). What is whole already is not made again: remove its folder, or all, to have it anew. About half an hour;
-# with --quick minutes: shorter runs, fewer scenes, the same page.
+# Runs the programs that make charts (preset "release" with BORELLI_TESTS=ON) and writes FOLDER/index.html (default:
+# gallery/). Finished charts are kept: remove a chart's folder, or all, to renew it. About half an hour;
+# with --quick a few minutes: shorter runs, fewer scenes, the same page.
 set -euo pipefail
 budget=0.1 repeats=3 quick=
 if [ "${1-}" = --quick ]; then quick=yes budget=0.004 repeats=1; shift; fi
@@ -14,7 +14,7 @@ mkdir -p "$out"
 names=()
 declare -A title command
 
-# chart NAME TITLE COMMAND...: FOLDER/NAME by the command and a folder's name, unless it is there
+# chart NAME TITLE COMMAND...: makes FOLDER/NAME with the command (plus a folder's name) unless it exists
 chart() {
   local name=$1
   names+=("$name")

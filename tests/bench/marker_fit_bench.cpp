@@ -1,6 +1,6 @@
-// Inverse kinematics of a human: error against time per frame. A smooth motion of the data's human is seen by
-// markers with noise of 5 mm; each row ends the fit at another tolerance. The error is the largest difference
-// of a coordinate from the fit at 1e-12, over all frames.
+// Inverse kinematics of a human: error against time per frame. Markers with 5 mm of noise follow a smooth
+// motion of the human; each row stops the fit at another tolerance. The error is the largest difference of a
+// coordinate from the fit at 1e-12, over all frames.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -30,7 +30,7 @@ struct Seen {
   VectorXd start;
 };
 
-/// Markers in turn on all solids, at random places up to 0.1 m from the solid's origin.
+/// Markers spread evenly over all solids, at random points up to 0.1 m from the solid's origin.
 Seen watch(const System& system) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> place(-0.1, 0.1), angle(-0.5, 0.5), phase(0, 2 * std::numbers::pi);

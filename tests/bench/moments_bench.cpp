@@ -1,5 +1,5 @@
-// Moments of 16 labels of a 512 x 512 x 256 volume on one thread, beside ITK's label statistics (which sum
-// less: order 0 and, for the second filter, orders 1 and 2) and beside a plain read of the same bytes.
+// Moments of 16 labels of a 512 x 512 x 256 volume on one thread, compared with ITK's label statistics and
+// with a plain read of the same bytes. ITK sums less: order 0, and orders 1 and 2 for the second filter.
 //
 // Two volumes: `body`, an elliptic body of 16 parts that fills 40 % of its box, and `full`, where every voxel
 // is in a part; and `body` of up to 2000 slices. ITK runs on a 256 x 256 x 128 cut of them, since it takes
@@ -65,7 +65,7 @@ void report(benchmark::State& state, const Scan& scan) {
   state.SetLabel(state.range(0) ? "full" : "body");
 }
 
-// What a streaming read of the same labels and grey values allows.
+// A streaming read of the same labels and grey values: the fastest that memory allows.
 __attribute__((target_clones("avx512f", "avx2", "default"))) std::uint64_t sum_words(
     const std::uint64_t* words, std::size_t count) {
   std::uint64_t total = 0;
@@ -83,7 +83,7 @@ void read_bytes(benchmark::State& state) {
   const auto read = [&] {
     benchmark::DoNotOptimize(sum_bytes(scan.labels.voxels) + sum_bytes(scan.grey.voxels));
   };
-  read();  // pages that nobody has read for a while cost many times that
+  read();  // the first read of cold pages is many times slower
   for (auto _ : state) read();
   report(state, scan);
 }
@@ -106,7 +106,7 @@ void borelli_moments(benchmark::State& state) {
   report(state, scan);
 }
 
-// Of 512 x 512 x n voxels: the slices of `body`, over and over.
+// Moments of 512 x 512 x n voxels: the slices of `body`, repeated.
 void moments_of_size(benchmark::State& state) {
   const Scan& body = scan_of(0);
   Scan scan = body;
@@ -182,7 +182,7 @@ BENCHMARK(moments_of_size)
 BENCHMARK(itk_label_statistics)->Arg(0)->Arg(1)->Unit(benchmark::kMillisecond);
 BENCHMARK(itk_label_image_to_statistics_label_map)->Arg(0)->Arg(1)->Unit(benchmark::kMillisecond);
 
-// Collects each benchmark's rate, and prints the ratios in the end.
+// Collects each benchmark's rate and prints the ratios at the end.
 class Ratios : public benchmark::ConsoleReporter {
  public:
   void ReportRuns(const std::vector<Run>& runs) override {

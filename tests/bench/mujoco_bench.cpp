@@ -1,9 +1,8 @@
-// Nanoseconds from positions and velocities to accelerations, from these and accelerations to efforts, and to
-// the mass matrix: the recursive equations and MuJoCo's on the same files in one run, MuJoCo with the least
-// of its functions that give the same; and of eight states in a batch, by registers of eight numbers as by
-// those of lesser processors, which stand beside eight times MuJoCo's one. In the end the ratios of the
-// medians; so run with
-// --benchmark_repetitions and --benchmark_enable_random_interleaving=true.
+// Nanoseconds for forward dynamics, inverse dynamics and the mass matrix, by the recursive equations and by
+// MuJoCo, on the same files in one program. MuJoCo calls only the functions that these results need. A batch
+// of eight states, with registers of eight numbers and with narrower ones, is compared with eight calls to
+// MuJoCo. The program ends with the ratios of the medians: run it with --benchmark_repetitions and
+// --benchmark_enable_random_interleaving=true.
 #include <filesystem>
 
 #include "dynamics/equations/inverse_dynamics.hpp"
@@ -17,7 +16,7 @@ namespace {
 
 using Pair = MujocoPair;
 
-/// What MuJoCo's velocities and inertias begin with.
+/// MuJoCo's first stage, which velocities and inertias need.
 void place(Pair& p) {
   mj_kinematics(p.model, p.data);
   mj_comPos(p.model, p.data);
@@ -89,7 +88,7 @@ void mujoco_mass_matrix(Pair& p) {
   benchmark::DoNotOptimize(p.data->qM);
 }
 
-/// By code for processors whose registers hold so many numbers.
+/// Evaluates with registers of at most `width` numbers.
 template <int width, Evaluate evaluate>
 void by_registers(Pair& p) {
   const int widest = register_width;

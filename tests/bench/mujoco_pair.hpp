@@ -25,10 +25,10 @@ struct MujocoPair {
   mjModel* model = nullptr;  ///< null where MuJoCo cannot read the file
   mjData* data = nullptr;
   Eigen::VectorXd q, v, a, needed;
-  Eigen::VectorX<Lanes> accelerations_of_eight, efforts_of_eight;  ///< given, and what they need
+  Eigen::VectorX<Lanes> accelerations_of_eight, efforts_of_eight;  ///< the former given, the latter computed
   bool mass_matrices = false;                                      ///< the batch has room for them
 
-  /// Of an MJCF file; `disabled`: MuJoCo's mjDSBL flags beside what the file sets.
+  /// Reads an MJCF file; `disabled` are MuJoCo's mjDSBL flags, added to those of the file.
   MujocoPair(const std::string& file, int disabled) {
     auto read = read_model(file);
     if (!read) throw std::runtime_error(read.error().what);
@@ -62,7 +62,7 @@ struct MujocoPair {
   MujocoPair(const MujocoPair&) = delete;
   MujocoPair& operator=(const MujocoPair&) = delete;
 
-  /// q, v and a into MuJoCo, and with others near them into the batch.
+  /// Copies q, v and a into MuJoCo, and fills the batch with nearby states.
   void set() {
     for (int lane = 0; lane < Lanes::count; ++lane) {
       State state{0, q.array() + 0.1 * lane, v.array() * (1 + 0.1 * lane)};
@@ -77,7 +77,7 @@ struct MujocoPair {
     std::copy(a.begin(), a.end(), data->qacc);
   }
 
-  /// Positions anywhere, velocities and accelerations to 1 per second and second.
+  /// Random positions, with velocities up to 1/s and accelerations up to 1/s^2.
   void set_random(unsigned seed) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> number(-1, 1);

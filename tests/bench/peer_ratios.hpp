@@ -1,4 +1,4 @@
-// The table of medians that programs print of benchmarks named `x` and, of another program, `x/peer`.
+// A table of medians: benchmarks named `x` (ours) against `x/peer` (another program).
 #pragma once
 
 #include <benchmark/benchmark.h>
@@ -11,8 +11,8 @@
 
 namespace borelli {
 
-/// Prints after the runs what the peer takes over what we take, ns: processor time of the thread, or what the
-/// clock on the wall says of benchmarks by real time.
+/// Prints the peer's time over ours after the runs. Times are processor time of the thread, ns; wall time for
+/// benchmarks that use real time.
 class PeerRatios : public benchmark::ConsoleReporter {
  public:
   explicit PeerRatios(std::string peer) : peer_(std::move(peer)) {}

@@ -1,7 +1,6 @@
-// What it costs to record every step of a motion: whole runs of scenes as their files say, recorded at every
-// step, and in their ends alone, in turns. The counters are medians, of both (s) and of what the one takes
-// over the other, pair by pair; the label tells the steps. Runs that do not come to their end, or are not
-// trusted, are errors.
+// The cost of recording every step of a motion. Runs of each scene alternate between recording every step and
+// recording the end alone. The counters are the median times of both (s) and the median ratio of pairs; the
+// label gives the number of steps. A run that fails or is not trusted is an error.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>

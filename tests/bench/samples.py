@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""How near each sample's run comes by its own settings, and what it costs: tests/bench/samples.py [BORELLI]
+"""Error and cost of each sample's run by its own settings: tests/bench/samples.py [BORELLI]
 
 Runs every scene of samples/ as it stands, and again by dop853 (arkode where that does not come through) at a tolerance
 of 1e-13, and prints the largest difference of a solid's position (m) and orientation (rad) at 20 times, and the

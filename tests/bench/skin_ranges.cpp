@@ -31,7 +31,8 @@ double volume(const Skin& skin, const Points& p) {
   return six / 6;
 }
 
-/// Triangles whose underside, moved with the corners' mean weights, comes to lie above them.
+/// The number of triangles turned inside out: the point under the triangle, moved with the corners' mean
+/// weights, lies above it.
 int flipped(const Skin& skin, const Points& rest, const Points& points, const ScanPoses& X_WS) {
   auto moved = bone_poses(skin, X_WS);
   const auto before = rest_poses(skin);
@@ -48,15 +49,15 @@ int flipped(const Skin& skin, const Points& rest, const Points& points, const Sc
   return count;
 }
 
-/// Area of the loop around a joint in which the plane through its centre, normal to its axis, cuts the skin at
-/// rest; with the points of the loop where they are now.
+/// Area of the cross-section at a joint. The plane through its centre, normal to its axis, cuts the skin at
+/// rest in a loop; the area uses the loop's current points.
 double section(const Skin& skin, const Points& rest, const Points& now, const SkinPart& part) {
   const auto height = [&](std::uint32_t n) { return part.axis.dot(rest[n] - part.centre); };
   const auto place = [&](const Edge& e, const Points& points) {
     const double a = height(e.first), b = height(e.second);
     return Vector3d(points[e.first] + a / (a - b) * (points[e.second] - points[e.first]));
   };
-  std::map<Edge, Edge> next;  // triangles are oriented: each crossed edge is left through one triangle
+  std::map<Edge, Edge> next;  // triangles are oriented, so each crossed edge has one next edge
   for (const auto& t : skin.mesh.triangles) {
     Edge in{}, out{};
     int crossed = 0;
@@ -105,7 +106,7 @@ Matrix3d turn(const SkinPart& part, const std::string& joint, const std::string&
   return Eigen::AngleAxisd(angle, Vector3d::UnitY()).toRotationMatrix();
 }
 
-/// All parts when one has turned about its joint, with those beyond it.
+/// Poses of all parts when one part, with those beyond it, has turned about its joint.
 ScanPoses turned(const Skin& skin, const SkinPart& part, const Matrix3d& R) {
   std::vector<Pose> moved;
   ScanPoses out;

@@ -1,5 +1,5 @@
-// Down a stair: our angles and moments beside the capture system's (stairs_case.hpp). Prints a table in
-// Markdown and draws the moments. stairs FOLDER OUT
+// stairs FOLDER OUT: compares our angles and moments with the capture system's for a walk down a stair
+// (stairs_case.hpp). Prints a table in Markdown and draws the moments.
 #include <fmt/core.h>
 
 #include <fstream>
@@ -31,8 +31,8 @@ void print_table(const StairsCase& placed, const StairsCase& calibrated) {
   }
 }
 
-// The moments of the right and the left joint in one curve each for us and for them: one foot's step ends before
-// the other's begins.
+// Draws one curve for us and one for them, each with the right and then the left joint, since one foot's step
+// ends before the other's begins.
 void draw(const std::vector<StairsCurve>& moments, const std::string& joint, const std::string& file) {
   borelli::Plot plot;
   plot.title = "Down a stair: moments that extend the " + joint;

@@ -5,19 +5,19 @@
 
 Runs the Google Benchmark programs of BUILD (build/release), each benchmark N times in random order, and takes medians: of
 processor time, and of wall time where both cores may work. Then `borelli chart`, `peers`, and the program's whole way from
-a volume to the report. What was not built (MuJoCo's) or has not its data is left out; where anything fails, nothing is
-written. Leaves in FOLDER (bench):
+a volume to the report. Programs that were not built (MuJoCo's) or lack their data are left out; if anything fails, nothing
+is written. Writes to FOLDER (bench):
 
-    README.md     the tables, between the two lines that name this script where the file has them (tests/bench has)
+    README.md     the tables, between the two lines that name this script if the file has them (tests/bench has)
     bodies.svg    nanoseconds per evaluation against the number of bodies, up to 10000, with fitted exponents
     voxels.svg    milliseconds of one thread's moments against voxels, up to 512 x 512 x 2000
     runs.svg      seconds of whole runs, segmentation, inertia and meshes against voxels, up to as many
 
 With --sections (mujoco, constraints, ensemble, equations, work_precision, recording, floor, moments, volumes, whole_runs, sizes,
-peers) those alone are made anew, the file's others stay; each says on which processor it was made.
+peers) only those are renewed and the file's others stay; each names its processor.
 
 The exponent of a curve is the slope of the least squares line through the logarithms of its sizes from 100 bodies or 1e7
-voxels on: below that what does not grow with the size still shows. --quick leaves out the largest sizes and whole runs.
+voxels on: below that, costs that do not grow with the size still count. --quick leaves out the largest sizes and whole runs.
 """
 import argparse
 import csv
@@ -43,7 +43,7 @@ BEGIN, END = "<!-- tests/bench/table.py: from here -->", "<!-- tests/bench/table
 
 @dataclass
 class Timing:
-    """One benchmark's runs: seconds, items per second, and what it says of itself."""
+    """One benchmark's runs: seconds, items per second, counters and label."""
     all_seconds: list = field(default_factory=list)
     all_rates: list = field(default_factory=list)
     all_counters: list = field(default_factory=list)  # dicts
@@ -72,12 +72,12 @@ class Programs:
         self.build, self.repetitions, self.quick = build, repetitions, quick
 
     def path(self, name):
-        """None: it was not built."""
+        """The program's path; None if it was not built."""
         path = os.path.join(self.build, name)
         return path if os.access(path, os.X_OK) else None
 
     def run(self, *command):
-        """What it prints; ends with its own last words where it fails."""
+        """Its standard output; exits with the program's last message if it fails."""
         done = subprocess.run(command, capture_output=True, text=True)
         if done.returncode != 0:
             said = (done.stderr or done.stdout).strip().splitlines()
@@ -85,7 +85,7 @@ class Programs:
         return done.stdout
 
     def time(self, name, only=None):
-        """{benchmark: Timing} in the order of their making; none where the program or its data is not here."""
+        """{benchmark: Timing} in order of the runs; empty if the program or its data is missing."""
         if not self.path(name):
             return {}
         print(f"{name} ...", file=sys.stderr, flush=True)
@@ -118,14 +118,14 @@ class Programs:
 
 
 def spread_of(timings):
-    """How far apart the runs of one benchmark lie, of its median."""
+    """The range of one benchmark's runs, relative to its median."""
     spreads = [t.spread for t in timings.values()]
-    return (f"Runs of one benchmark differ by {100 * statistics.median(spreads):.1f} % of their median (the middle one of these; "
-            f"at most by {100 * max(spreads):.0f} %).")
+    return (f"Runs of one benchmark differ by {100 * statistics.median(spreads):.1f} % of their median (median over benchmarks; "
+            f"at most {100 * max(spreads):.0f} %).")
 
 
 def fitted_exponent(points, start):
-    """Of y = factor x^exponent, over the points with x >= start; None below three of them."""
+    """The exponent of y = factor x^exponent over the points with x >= start; None for fewer than three."""
     logs = [(math.log(x), math.log(y)) for x, y in points if x >= start]
     if len(logs) < 3:
         return None
@@ -190,7 +190,7 @@ def short(seconds):
 
 
 def processor():
-    """With its family and model: one name and clock may stand for processors that differ by a third."""
+    """The processor's name, family and model: processors with one name and clock may differ by a third."""
     with open("/proc/cpuinfo", encoding="utf-8") as file:
         known = {key.strip(): value.strip() for key, _, value in (line.partition(":") for line in file)}
     return (f"{known.get('model name', 'an unknown processor')} (family {known.get('cpu family', '?')}, "
@@ -198,7 +198,7 @@ def processor():
 
 
 def beside(ours, other):
-    """Another program's time and what it takes over ours, as two cells."""
+    """Another program's time and its ratio to ours, as two cells."""
     return f"{short(other.seconds)} | {other.seconds / ours:.2f}" if other else "- | -"
 
 
@@ -211,7 +211,7 @@ def scene_order(name):
 def mujoco_section(programs, _):
     """Rows of scene x quantity with both times and their ratio."""
     timings = programs.time("mujoco_bench")
-    lines = ["Beside MuJoCo, the same files in one run (`mujoco_bench`):", "",
+    lines = ["Compared with MuJoCo on the same files in one run (`mujoco_bench`):", "",
              "| scene | of | here | MuJoCo | ratio |", "| --- | --- | ---: | ---: | ---: |"]
     names = sorted(timings, key=lambda name: (name.split("/")[1], scene_order(name)))
     for name in names:
@@ -220,8 +220,8 @@ def mujoco_section(programs, _):
         scene, what = name.split("/", 1)
         ours, other = timings[name].seconds, timings.get(name + "/mujoco")
         lines.append(f"| {scene} | {what.replace('_', ' ')} | {short(ours)} | {beside(ours, other)} |")
-    lines += ["", "One of eight states in a batch beside one by itself, by the processor's widest registers (AVX-512: 8 numbers, AVX2: 4), and "
-              "by those of 4 and of 2 where these are narrower:", "",
+    lines += ["", "One of eight states in a batch, compared with a single state: by the processor's widest registers (AVX-512: 8 numbers, "
+              "AVX2: 4), and by narrower ones of 4 and 2:", "",
               "| scene | of | alone | of eight, widest | 4 | 2 | alone over the first |", "| --- | --- | ---: | ---: | ---: | ---: | ---: |"]
     for name in names:
         if not name.endswith("_of_eight"):
@@ -235,9 +235,9 @@ def mujoco_section(programs, _):
 
 
 def constraints_section(programs, _):
-    """Rows of scenes held by loops: within a step, with the rank decided, MuJoCo's, and the ratio to the first."""
+    """Rows of scenes with loops: time within a step, with the rank decided, MuJoCo's, and its ratio to the first."""
     timings = programs.time("constraints_bench")
-    lines = ["Bodies held by loops, one evaluation, beside MuJoCo's soft rows (`constraints_bench`):", "",
+    lines = ["Bodies in closed loops, one evaluation, compared with MuJoCo's soft rows (`constraints_bench`):", "",
              "| scene | within a step | with the rank | MuJoCo | ratio |", "| --- | ---: | ---: | ---: | ---: |"]
     for name in sorted(timings, key=lambda name: scene_order(name.replace("standing_human", "human"))):
         scene, what = name.split("/", 1)
@@ -255,11 +255,11 @@ def constraints_section(programs, _):
 
 
 def ensemble_section(programs, _):
-    """Rows of methods: swings per second on one core and on all, and how far they are off."""
+    """Rows of methods: motions per second on one core and on all, and their errors."""
     timings = programs.time("ensemble_bench")
-    lines = ["A second of a human's free motion from a thousand starts, wall time (`ensemble_bench`); off by: the largest "
-             "error of a coordinate, m or rad:", "",
-             "| method | one core, 1/s | all cores, 1/s | 10 000 on one core | on all | off by |",
+    lines = ["A second of a human's free motion from a thousand starts, wall time (`ensemble_bench`). Error: the "
+             "largest of a coordinate, m or rad:", "",
+             "| method | one core, 1/s | all cores, 1/s | 10 000 on one core | on all | error |",
              "| --- | ---: | ---: | ---: | ---: | --- |"]
     for name, timing in timings.items():
         if not name.endswith("/one_core"):
@@ -283,7 +283,7 @@ def equations_section(programs, drawings):
     shown = {name: points for name, points in curves.items() if max(x for x, _ in points) >= 100}
     drawings["bodies.svg"], exponents = plot("Accelerations: cost against the number of bodies", "bodies", "ns per evaluation",
                                              shown, FITTED_FROM["bodies"])
-    lines = ["The paper's scan (`lagrange`) beside the recursions, one evaluation of the accelerations (`equations_bench`):", "",
+    lines = ["The paper's scan (`lagrange`) and the recursive equations, one evaluation of the accelerations (`equations_bench`):", "",
              "| scene | bodies | lagrange | recursive | ratio |", "| --- | ---: | ---: | ---: | ---: |"]
     for (scene, n), pair in sorted(ratios.items()):
         if "lagrange" in pair and "recursive" in pair:
@@ -293,7 +293,7 @@ def equations_section(programs, drawings):
               for name, points in shown.items()}
     fitted = ", ".join(f"{name} {e:.2f}" for name, e in sorted(nearer.items()) if e is not None)
     of_all = ", ".join(f"{name} {e:.2f}" for name, e in sorted(exponents.items()))
-    far = f" Of all from {FITTED_FROM['bodies']} on, which no longer lie in the processor's cache: {of_all}."
+    far = f" From all sizes above {FITTED_FROM['bodies']}, the largest of which exceed the processor's cache: {of_all}."
     return lines + ["", "![Cost against the number of bodies](bodies.svg)", "",
                     f"Fitted exponents of bodies from 100 to 1000: {fitted or 'too few were run'}."
                     + (far if of_all and not programs.quick else "") + f" {spread_of(timings)}"]
@@ -330,8 +330,8 @@ def work_precision_section(programs, _):
 
 def recording_section(programs, _):
     timings = programs.time("recording_bench")
-    lines = ["Every step recorded, beside the end alone, in turns, wall time (`recording_bench`; what it adds is the median of "
-             "pairs, in brackets least and most of the runs):", "",
+    lines = ["Cost of recording every step, compared with recording the end alone, in alternating runs, wall time (`recording_bench`; "
+             "`adds` is the median of pairs, in brackets the least and most of the runs):", "",
              "| scene | steps | the end | every step | adds |", "| --- | ---: | ---: | ---: | ---: |"]
     for name, timing in timings.items():
         adds = sorted(100 * (run["ratio"] - 1) for run in timing.all_counters)
@@ -341,18 +341,18 @@ def recording_section(programs, _):
 
 
 def floor_section(programs, _):
-    """Rows of steps, a table a model: times and errors of twelve falls."""
+    """One table per model, with rows of steps: times and errors of twelve falls."""
     timings = programs.time("floor_bench")
     lines = ["A human falls on the floor, 5 s without damping, from twelve heights a millimetre apart (`floor_bench`): processor "
-             "time of a fall; overlap, energy and what putting apart moved are the worst of the twelve; momentum is the horizontal "
-             "one of a floor without friction, which cannot change it."]
+             "time of a fall. Overlap, energy error and energy moved by separating overlaps are the worst of the twelve. Momentum is "
+             "the horizontal one on a floor without friction, exactly 0 in theory."]
     model = ""
     for name, timing in timings.items():
         if name.split("/")[0] != model:
             model = name.split("/")[0]
             lines += ["", f"{model}:", "",
-                      "| step | steps (tried in vain) | median (least, most) | real-time factor | overlap | energy off by | put apart "
-                      "| momentum strays by | trusted |",
+                      "| step | steps (rejected) | median (least, most) | real-time factor | overlap | energy error | separation "
+                      "| momentum error | trusted |",
                       "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |"]
         of = timing.counter
         middle = 1e3 * of("median")
@@ -385,11 +385,11 @@ def moments_section(programs, drawings):
 
 
 def volumes_section(programs, _):
-    """Rows of what is done with a volume: on one core and on all, ours and ITK's, and the ratio on all."""
+    """Rows of operations on a volume: on one core and on all, ours and ITK's, and the ratio on all."""
     timings = programs.time("volumes_bench")
-    lines = ["What else is done with a volume, the sample phantom of 3 mm, wall time (`volumes_bench`). Not quite the same are "
-             "the distances (ours to the mask, also only up to 20 voxels, ITK's within it, too) and `coarser` (ours along the "
-             "patient's axes, wherever the scan's lie, ITK's along the scan's):", "",
+    lines = ["Other operations on a volume, the sample phantom of 3 mm, wall time (`volumes_bench`). They differ in the distances "
+             "(ours to the mask, also only up to 20 voxels; ITK's also within it) and in `coarser` (ours along the patient's "
+             "axes, ITK's along the scan's):", "",
              "| of | one core | all cores | ITK, one core | ITK, all cores | ratio |",
              "| --- | ---: | ---: | ---: | ---: | ---: |"]
     for name in timings:
@@ -403,7 +403,7 @@ def volumes_section(programs, _):
 
 
 def peers_section(programs, _):
-    """Of the page of `peers` the summary, rows of scenes, what the others' fastest run takes over ours; and how contacts fare."""
+    """From the page of `peers`: rows of scenes with the time of the others' fastest run over ours, and the contact scenes."""
     if not programs.path("peers"):
         return []
     print("peers ...", file=sys.stderr, flush=True)
@@ -419,14 +419,14 @@ def peers_section(programs, _):
     first = next(n for n, line in enumerate(page) if line.startswith("| scene |"))
     end = page.index("", first)
     entered = dict.fromkeys(line.split(": first accelerations agree")[0] for line in page if ": first accelerations agree" in line)
-    lines = [f"Whole simulations beside {', '.join(entered)} in one process (`peers`, with the methods and scenes of [its page]"
-             "(peers/README.md)), times medians of three: what the fastest run of the others takes over our fastest trusted one, for errors of "
-             "position (over the scene's length) and orientation (rad), on the ground of its four, of at most so much. Bold: ours "
-             "loses. Alone: no run of theirs that took at most 0.1 s (or the first beyond) comes to it. -: less than ten times the "
-             "reference's own error.", "", *page[first:end]]
-    lines += ["", "Of each method with contacts the run that is off least by their four errors. Energy: how far it is from ours at the "
-              "outputs, over what is turned over. Momentum: of all bodies together, how far it is from ours there, over the largest. "
-              "Times of impacts: of balls."]
+    lines = [f"Whole simulations compared with {', '.join(entered)} in one process (`peers`, with the methods and scenes of [its page]"
+             "(peers/README.md)). Ratio of the others' fastest time to that of our fastest trusted run (medians of three), for each largest "
+             "allowed error of position (over the scene's length) and orientation (rad); with contacts, of four errors. Bold: ours loses. "
+             "Alone: no other run of at most 0.1 s (or the first longer one) reaches that error. -: below ten times the reference's "
+             "error.", "", *page[first:end]]
+    lines += ["", "The run with the smallest of the four errors, per method with contacts. Energy: largest difference from ours at the "
+              "outputs, over the energy turned over. Momentum of all bodies together: largest difference from ours, over the largest "
+              "momentum. Times of impacts: of balls."]
     scene = ""
     for n, line in enumerate(page):
         if line.startswith("## "):
@@ -437,7 +437,7 @@ def peers_section(programs, _):
 
 
 class WholeRuns:
-    """`borelli run` on volumes, and what it says of itself."""
+    """Runs `borelli run` on volumes and reads its records."""
 
     def __init__(self, programs):
         self.programs = programs
@@ -451,7 +451,7 @@ class WholeRuns:
         return next(line.split(maxsplit=1)[1] for line in info.splitlines() if line.split()[:1] == ["voxels"])
 
     def run(self, volume, folder):
-        """Seconds of wall time, GiB at most, run.json."""
+        """Wall time (s), peak memory (GiB) and run.json."""
         out = folder / "out"
         shutil.rmtree(out, ignore_errors=True)
         begin = time.monotonic()
@@ -516,9 +516,9 @@ def sizes_section(programs, drawings):
                                            FITTED_FROM["voxels"])
     return ["![Cost of whole runs against voxels](runs.svg)", "",
             "Whole runs and their large stages against voxels, the phantom up to as many as 512 x 512 x 2000 "
-            f"({most:.2f} GiB), medians of three runs, from 1e8 voxels on one; fitted exponents from 1e7: " + ", ".join(f"{name} {e:.2f}" for name, e in exponents.items())
-            + ". Parts are looked for on one grid of 3 mm, whatever the scan's. Inertia at 4 mm: the planes between parts are varied over a "
-            "sample of the voxels, all of them there, one of eight at 3 mm, of 27 at 2."]
+            f"({most:.2f} GiB), medians of three runs, or one run from 1e8 voxels on; fitted exponents from 1e7: " + ", ".join(f"{name} {e:.2f}" for name, e in exponents.items())
+            + ". Segmentation always uses a grid of 3 mm. Inertia varies the planes between parts over a sample of the voxels: all of them "
+            "at 4 mm, one of 8 at 3 mm, one of 27 at 2 mm."]
 
 
 SECTIONS = {"mujoco": mujoco_section, "constraints": constraints_section, "ensemble": ensemble_section, "equations": equations_section,
@@ -558,7 +558,7 @@ def main():
     for name, drawing in drawings.items():
         with open(os.path.join(asked.out, name), "w", encoding="utf-8") as file:
             file.write(drawing)
-    lines = [f"Medians of {asked.repetitions} runs in random order, of one thread's processor time, unless it is said otherwise.", ""]
+    lines = [f"Medians of {asked.repetitions} runs in random order, of one thread's processor time unless stated otherwise.", ""]
     for name in SECTIONS:
         lines += [f"<!-- {name} -->", *made[name]] if made.get(name) else []
     with open(readme, "w", encoding="utf-8") as file:
@@ -567,7 +567,7 @@ def main():
 
 
 def parts_of(path):
-    """What a file has before the tables, {section: its lines}, and what it has after them."""
+    """The file's text before the tables, {section: its lines}, and the text after them."""
     if not os.path.exists(path):
         return "", {}, "\n"
     with open(path, encoding="utf-8") as file:

@@ -1,14 +1,13 @@
-// What is done with a volume before and after its moments (moments_bench), by one thread and by all, in wall
-// time, beside ITK's filters for the same: reading, bringing it to a coarser grid, distances, connected
-// regions; and what ITK has no twin of: finding the parts, and their meshes.
+// Wall time of the work on a volume around its moments (moments_bench), by one thread and by all. Reading,
+// coarsening, distances and connected regions are compared with ITK's filters; segmentation and meshing have
+// no counterpart in ITK.
 //
-// The volume is the sample phantom with voxels of 3 mm, as is the work grid. What is not quite the same of
-// both: `distance_to_20` finds squared distances to the mask up to 20 voxels, which is as far as segmentation
-// looks, in whole numbers, and `distance_far` all of them; ITK's (Maurer's) all within the mask, too, in
-// floats. `coarser` takes means of the scan along the patient's axes, wherever its own lie; ITK those of two
-// voxels along each of its own. DICOM is read as 150 slices of 512 x 512, plain and packed (JPEG lossless);
-// ITK is told the slices' files and their order, which ours finds. Unpacking one file is not shared among
-// cores, what is done with its voxels is.
+// The volume is the sample phantom with voxels and a work grid of 3 mm. The two programs differ in a few
+// points. `distance_to_20` finds integer squared distances up to 20 voxels, as segmentation does;
+// `distance_far` finds all; ITK (Maurer) also finds those within the mask, in floats. `coarser` averages
+// along the patient's axes, ITK over two voxels along each axis of the scan. DICOM is 150 slices of 512 x
+// 512, plain and compressed (JPEG lossless); ITK gets the files in order, while ours finds the order. Each
+// file is decompressed by one thread; its voxels are processed by all.
 #include <fmt/core.h>
 #include <gdcmImageChangeTransferSyntax.h>
 #include <gdcmImageReader.h>
@@ -40,7 +39,7 @@
 namespace borelli {
 namespace {
 
-constexpr double step = 3;  // of voxels and of the work grid, mm
+constexpr double step = 3;  // voxel size of the scan and of the work grid, mm
 
 template <class T>
 using Image = itk::Image<T, 3>;
@@ -56,13 +55,13 @@ typename Image<T>::Pointer itk_image(const Volume<T>& volume) {
   return image;
 }
 
-/// A series of slices in a folder of its own, in their order.
+/// A series of slices in its own folder, in order.
 struct Series {
   std::filesystem::path folder;
   std::vector<std::string> files;
 };
 
-/// Of the volume's middle: `slices` of 512 x 512.
+/// Writes `slices` slices of 512 x 512 from the volume's middle.
 Series write_series(const Volume<std::int16_t>& volume, const std::filesystem::path& folder, int slices) {
   std::filesystem::create_directories(folder);
   Series series{folder, {}};
@@ -104,7 +103,7 @@ Series packed(const Series& plain, const std::filesystem::path& folder) {
   return series;
 }
 
-/// The phantom, as it is looked at.
+/// The phantom in the forms that the benchmarks use.
 struct Looked {
   Scan scan;
   WorkVolume work;
@@ -213,7 +212,7 @@ void meshes(const Looked& l, int threads) {
 void run(benchmark::State& bench, const Looked& looked, Do what, int threads) {
   itk::MultiThreaderBase::SetGlobalDefaultNumberOfThreads(threads > 0 ? unsigned(threads)
                                                                       : std::thread::hardware_concurrency());
-  // what starts threads of its own all the same has one core for them
+  // confines code that starts its own threads to one core
   cpu_set_t all, first;
   sched_getaffinity(0, sizeof all, &all);
   CPU_ZERO(&first);
@@ -231,7 +230,7 @@ int main(int argc, char** argv) {
   using namespace borelli;
   hold_freed_memory();  // as the program does
   benchmark::Initialize(&argc, argv);
-  itk::MultiThreaderBase::New();  // its threads are as many as the default says when the first one is made
+  itk::MultiThreaderBase::New();  // the first one fixes ITK's number of threads
   const Looked looked;
   const auto add = [&](const std::string& name, Do what, int threads) {
     benchmark::RegisterBenchmark(name.c_str(), run, std::cref(looked), what, threads)

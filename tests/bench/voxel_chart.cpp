@@ -1,11 +1,10 @@
 // The chart of error against voxel size, and of time: voxel_chart [FOLDER] [SIZE ...] draws the phantom with
-// voxels of 1 to 8 mm (or the sizes given), measures it by its own labels and by those that are found in its
-// grey values, and leaves error.svg, time.svg, cost.svg (of both what a glance is to tell) and
-// voxel_chart.csv.
+// voxels of 1 to 8 mm (or the given sizes) and measures it by its true labels and by labels found in its grey
+// values. Writes error.svg, time.svg, cost.svg (the main curves of both) and voxel_chart.csv.
 //
-// The error of an entry is that against the phantom's exact table: a mass's and a principal moment's share, a
-// gravity centre's distance in parts of the cube root of the part's volume. A part that is not found counts
-// with an error of 1, so that a failure stays in the chart.
+// Errors are against the phantom's exact table: relative for masses and principal moments, and the distance
+// over the cube root of the part's volume for gravity centres. A part that is not found has an error of 1, so
+// that failures stay in the chart.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -55,7 +54,7 @@ std::array<Errors, 3> errors_of(const InertiaTable& table, const Phantom& phanto
   return all;
 }
 
-// of all threads together, so that other work on the machine does not show
+// processor time of all threads, which other work on the machine hardly changes
 double processor_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 struct Sample {
@@ -68,7 +67,7 @@ struct Sample {
 Sample sample_at(const Phantom& phantom, double size) {
   GridOptions grid;
   grid.spacing.setConstant(size);
-  grid.rotation_deg << 3, -2, 4;  // no cut along the voxels
+  grid.rotation_deg << 3, -2, 4;  // so that no cut is parallel to the voxels
   ScanOptions scanner;
   scanner.noise_hu = 10;
   const Scan scan = voxelise(phantom, phantom_grid(phantom, grid), scanner);
@@ -91,7 +90,7 @@ void write(const std::filesystem::path& path, const std::string& text) {
   fmt::print("{}\n", path.string());
 }
 
-// Drawings below each other as one.
+// One drawing with the given ones stacked vertically.
 std::string stacked(const std::vector<Plot>& plots) {
   std::string inner;
   int height = 0;
@@ -107,8 +106,8 @@ std::string stacked(const std::vector<Plot>& plots) {
       height, inner);
 }
 
-// Error above, time below, over the same sizes: what a glance is to tell. (Finding parts takes about as long
-// from any voxels, so that error against time would be an upright line.)
+// The main curves: error above, time below, over voxel size. (Segmentation takes about the same time for any
+// voxel size, so error against time would be a vertical line.)
 std::string cost_of(const std::vector<Sample>& samples) {
   const Axis sizes{.label = "voxel edge (mm)",
                    .low = samples.front().size - 0.5,

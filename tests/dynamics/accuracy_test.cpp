@@ -1,5 +1,5 @@
-// The asked accuracy is met, against closed forms and tight references; stiffness is noticed and met with
-// another method; what cannot be shown is said.
+// Runs meet the requested accuracy, judged by closed forms and tight references. Stiff scenes are recognised
+// and get another method. A run that cannot show its accuracy is distrusted.
 #include "dynamics/run/accuracy.hpp"
 
 #include <cmath>
@@ -10,7 +10,7 @@ namespace borelli::test {
 namespace {
 
 SimulationSettings to_accuracy(double end, double accuracy, bool verify = false) {
-  SimulationSettings out = settings("euler", end, 0.01);  // method and tolerance count for nothing
+  SimulationSettings out = settings("euler", end, 0.01);  // ignored, as the accuracy chooses both
   out.accuracy = accuracy;
   out.verify = verify;
   return out;
@@ -36,13 +36,13 @@ double bounce(double t, double z0, double k) {
   constexpr double g = 9.81;
   const double w = std::sqrt(k), v = std::sqrt(2 * g * z0), half = v / g, sag = g / k;
   const double touch = 2 / w * (M_PI - std::atan(v / w / sag));
-  double now = std::fmod(t + half, 2 * half + touch);  // since the spring was left
+  double now = std::fmod(t + half, 2 * half + touch);  // time since it left the spring
   if (now < 2 * half) return now * (v - g * now / 2);
   now -= 2 * half;
   return -sag + sag * std::cos(w * now) - v / w * std::sin(w * now);
 }
 
-// Where a force jumps errors are not in proportion to tolerances.
+// At a jump of a force, errors are not proportional to tolerances.
 TEST(Accuracy, IsMetWhenAStopIsHit) {
   struct Case {
     double z0, k, accuracy;
@@ -128,7 +128,7 @@ TEST(Accuracy, IsMetOnAStiffSceneByAnImplicitMethod) {
   }
 }
 
-// A method of several steps loses at an event what it would show the step before by.
+// A multistep method restarts at an event and loses its history, which its step error is estimated from.
 TEST(Accuracy, IsMetOnAStiffSceneWhenAStopIsHit) {
   constexpr double z0 = 1.2, k = 3e4;
   Scene scene = creeping();
@@ -156,7 +156,7 @@ TEST(Stiffness, IsNotedOnlyForExplicitMethods) {
     const Certificate stiff = run(creeping(), settings(method, 0.01, 1e-6, 1e-6)).certificate;
     EXPECT_GT(stiff.stiff_from, 0) << method;
     EXPECT_NE(notes_of(stiff).find("the scene is stiff"), std::string::npos) << method;
-    // the top turns through many charts; at 1e-12 the test's differences come near rounding
+    // the top passes many charts; at 1e-12 the differences of the stiffness test come near rounding
     for (const Scene& scene : {roundabout(), chain(3, true, 0.5), heavy_top()})
       for (double tolerance : {1e-4, 1e-8, 1e-12}) {
         const Certificate smooth = run(scene, settings(method, 2, 0.001, tolerance)).certificate;
@@ -169,7 +169,7 @@ TEST(Stiffness, IsIntegratedBySundials) {
   for (const char* method : {"cvode", "arkode"}) {
     for (double tolerance : {1e-6, 1e-9}) {
       const Trajectory crept = run(creeping(), settings(method, 20, 0.01, tolerance));
-      // a tolerance per step, some tens of steps that matter
+      // a tolerance per step, tens of steps that matter
       EXPECT_NEAR(last(crept.q)[0], creeping_at(20), 50 * tolerance) << method;
       EXPECT_LT(crept.certificate.steps_accepted, 3000) << method;
       EXPECT_TRUE(crept.certificate.trusted) << method << ": " << crept.certificate.reason;
@@ -178,7 +178,7 @@ TEST(Stiffness, IsIntegratedBySundials) {
 }
 
 TEST(Sundials, FollowsOrientationOverManyTurns) {
-  const Scene top = heavy_top();  // its chart is centred anew some three hundred times in 2 s
+  const Scene top = heavy_top();  // its chart is recentred about 300 times in 2 s
   SimulationSettings how = settings("cvode", 0.5, 0.001, 1e-9);
   const Eigen::VectorXd reference = last(run(top, settings("dop853", 0.5, 0.001, 1e-12)).q);
   EXPECT_LT((last(run(top, how).q) - reference).norm(), 1e-5);
@@ -229,8 +229,8 @@ Scene creeping_on_a_circle() {
   return point;
 }
 
-// About an unstable position runs too coarse for what moves there agree with each other, not with the truth:
-// a bob upside down, a little off, by itself and with a light tip on a spring, which makes the scene stiff.
+// Near an unstable position, runs that are too coarse agree with each other but not with the truth. A bob
+// starts nearly upside down: alone, and with a light tip on a spring that makes the scene stiff.
 TEST(Accuracy, IsMetOrRefusedNearUnstablePositions) {
   int shown = 0;
   const auto judge = [&](const Scene& scene, double end, double accuracy, bool verify,
@@ -274,8 +274,8 @@ TEST(Accuracy, IsMetOrRefusedNearUnstablePositions) {
   EXPECT_GE(shown, 40);
 }
 
-// A rest that all its neighbours leave beyond bounds (x0 cosh 10 t): the run that begins a little off ends,
-// at loose accuracies at any tolerance, and tells nothing of the one that was asked for.
+// An unstable rest: disturbed starts grow as x0 cosh 10 t beyond all bounds. The run from a disturbed start
+// diverges, so it says nothing about the requested run.
 TEST(Accuracy, IsMetWhenDisturbedStartsDiverge) {
   for (const double start : {0., 1e-12})
     for (const double accuracy : {1e-1, 1e-2, 1e-4, 1e-6, 1e-9}) {
@@ -299,8 +299,8 @@ TEST(Accuracy, IsMetWhenDisturbedStartsDiverge) {
     }
 }
 
-// An arm that stands on its spring and falls when it has been driven long enough: what a run begins with has
-// died away by then. Against the classical Runge-Kutta method on the equation of its angle.
+// An arm stands on its spring and falls after it has been driven long enough; by then the start's disturbance
+// has died away. Reference: the classical Runge-Kutta method on the equation of its angle.
 TEST(Accuracy, IsMetWhenAMotionBecomesUnstableLate) {
   const double tilt = 1e-4, stiffness = 9.81, damping = 2, length = 0.2, rate = 0.4;
   Scene scene;
@@ -336,8 +336,9 @@ TEST(Accuracy, IsMetWhenAMotionBecomesUnstableLate) {
   }
 }
 
-// Swings of a few centimetres are small beside a loose tolerance: stability bounds the steps then, though
-// nothing is stiff, and an implicit method would let them die. Cost beside the method taken by name.
+// Swings of a few centimetres are small for a loose tolerance. Then stability bounds the steps although
+// nothing is stiff, and an implicit method would damp the swings. The cost is compared with the method named
+// by hand.
 TEST(Accuracy, KeepsExplicitMethodForSmallUndampedSwings) {
   Scene scene;
   scene.solids = {
@@ -349,14 +350,14 @@ TEST(Accuracy, KeepsExplicitMethodForSmallUndampedSwings) {
     const Trajectory t = run(scene, to_accuracy(24.17, accuracy));
     EXPECT_TRUE(t.certificate.trusted) << t.certificate.reason;
     EXPECT_NEAR(t.q(t.q.rows() - 1, 0), 0.03 * std::cos(13 * 24.17), accuracy);
-    // (the pilot sees nothing of these swings, so that a third run follows: all of them at most thrice)
+    // the pilot run misses these swings, so a third run follows: at most three times the cost
     const Trajectory named = run(scene, settings("dop853", 24.17, 0.01, std::min(3e-6, 0.003 * accuracy)));
     EXPECT_LT(t.certificate.evaluations, 3 * double(named.certificate.evaluations));
   }
 }
 
-// A pendulum that creeps from upright through honey turns over so little energy that a loose run's error is a
-// part of it: another run is made, and not the accuracy refused.
+// A pendulum that creeps down from upright in honey turns over little energy, so a loose run's error is a
+// large share of it. A finer run follows instead of a refusal.
 TEST(Accuracy, IsNotRefusedWhenAFinerRunKeepsTheEnergy) {
   Scene scene;
   scene.solids = {solid("bob", "world", {hinge("a", Vector3d::UnitY(), 3.14159)},
@@ -371,8 +372,8 @@ TEST(Accuracy, IsNotRefusedWhenAFinerRunKeepsTheEnergy) {
   }
 }
 
-// A bead driven to and fro between two hollows 12 mm apart: chaotic, though no two runs are ever as far apart
-// as lengths count where a scene has none of its own (1 m).
+// A bead is driven to and fro between two hollows 12 mm apart. Its motion is chaotic, but no two runs ever
+// differ by 1 m, the default length of a scene.
 TEST(Accuracy, IsMetOrRefusedInChaosOfSmallAmplitude) {
   Scene scene;
   scene.solids = {
@@ -416,7 +417,7 @@ TEST(Accuracy, IsMetOnAStiffSceneWithProjectedConstraints) {
 }
 
 TEST(Accuracy, IsDistrustedIfItCannotBeShown) {
-  // seven hinged links are chaotic: over 20 s rounding grows some 1e8-fold
+  // seven hinged links are chaotic: over 20 s rounding grows about 1e8-fold
   for (const bool verify : {false, true}) {
     const Certificate lost = run(chain(7, true, 1.5), to_accuracy(20, 1e-9, verify)).certificate;
     EXPECT_FALSE(lost.trusted);
@@ -448,7 +449,7 @@ TEST(Accuracy, OutOfRangeIsRefused) {
   }
 }
 
-// Evaluations are counted over all runs: what suffices for them is enough, one less is not.
+// Evaluations are counted over all runs: the sum suffices, one less does not.
 TEST(Accuracy, StopsAtTheLimitOfEvaluations) {
   const System system = compile(heavy_top()).value();
   const SimulationSettings how = to_accuracy(1, 1e-6);

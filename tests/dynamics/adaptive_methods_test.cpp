@@ -1,4 +1,4 @@
-// What every explicit method that chooses its steps does where a function leaps, ends, or is no number.
+// Every explicit adaptive method at a jump of the function, at its end, and at values that are not finite.
 #include <cmath>
 
 #include "functions.hpp"
@@ -10,7 +10,7 @@ namespace {
 const char* const methods[] = {"rk4_adaptive", "dopri5", "dop853", "gbs", "gbs4", "gbs6", "gbs8", "gauss16"};
 
 TEST(AdaptiveMethods, ResolveAForceJumpAnywhereInAStep) {
-  // x'' = 1, from the leap on 1000; the steps are as long as may be, so that leaps fall everywhere in them
+  // x'' = 1, and 1000 after the jump; steps are as long as allowed, so that jumps fall anywhere in a step
   for (const char* name : methods)
     for (const double tolerance : {1e-6, 1e-10})
       for (int k = 0; k < 50; ++k) {
@@ -42,8 +42,8 @@ TEST(AdaptiveMethods, ShortenTheStepWhenTheFunctionFails) {
   }
 }
 
-// Of the components that a step moves one is not a number in its middle, and does not act on the others:
-// their errors are not to stand for its.
+// One component becomes NaN within the step and does not act on the other. The other's small error must not
+// hide it.
 TEST(AdaptiveMethods, RejectStepsWhoseErrorIsNotANumber) {
   for (const char* name : methods)
     for (const int bad : {0, 1}) {

@@ -1,5 +1,5 @@
-// How often the test program has asked for memory, as Eigen and operator new both do; defined in
-// allocation_test.cpp. Sanitizers have allocators of their own: nothing is counted there.
+// Counts the test program's allocations, by Eigen and by operator new; defined in allocation_test.cpp. Builds
+// with sanitizers have other allocators and count nothing.
 #pragma once
 
 #include <atomic>

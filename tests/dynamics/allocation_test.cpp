@@ -1,5 +1,4 @@
-// Nothing allocates inside a step: every call for memory is counted while each method steps a constrained
-// scene on.
+// No method allocates inside a step: all allocations are counted while it steps a constrained scene.
 #include <cerrno>
 #include <cstdlib>
 
@@ -22,7 +21,7 @@ void count_one() {
 }
 }  // namespace
 
-// all by which memory is to be had (The GNU C Library's manual, Replacing malloc), but for those by pages
+// all allocation functions (The GNU C Library's manual, Replacing malloc), except those that return pages
 extern "C" {
 void* __libc_malloc(std::size_t);
 void* __libc_calloc(std::size_t, std::size_t);
@@ -65,7 +64,7 @@ namespace {
 
 #ifdef BORELLI_COUNTS_ALLOCATIONS
 
-/// In `steps` steps, after ten that may.
+/// Allocations in `steps` steps, after ten steps that may allocate.
 long allocations_in(const System& system, const std::string& method, int steps) {
   SimulationSettings how;
   Workspace workspace(system), probe(system);
@@ -111,10 +110,10 @@ TEST(Allocations, NoMethodAllocatesWhileStepping) {
   scene.constraints.push_back({"floor", floor});
   const System system = compiled(scene);
   for (const std::string& method : integrator_names()) {
-    if (method == "cvode" || method == "arkode") continue;  // SUNDIALS' own affair
+    if (method == "cvode" || method == "arkode") continue;  // SUNDIALS allocates
     EXPECT_EQ(allocations_in(system, method, 20), 0) << method;
   }
-  counting = true;  // and it does count, whichever way
+  counting = true;  // the count works for both kinds of allocation
   Eigen::VectorXd* const one = new Eigen::VectorXd(100);
   void* volatile cleared = std::calloc(8, 8);
   void* volatile in_line = std::aligned_alloc(64, 64);

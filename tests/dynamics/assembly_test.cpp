@@ -29,7 +29,7 @@ TEST(Assembly, MovesAnInconsistentStartOntoItsConstraints) {
   ASSERT_FALSE(update_terms(system, system.parameters, 0, state.q.data(), state.v.data(), w));
   EXPECT_LT(w.rows.h.norm(), 1e-12);
   EXPECT_LT(w.rows.rate.norm(), 1e-12);
-  // a planar loop held in space: the row across the plane moves nothing, and is satisfied
+  // a planar loop in space: the row across the plane depends on nothing and is satisfied
   EXPECT_EQ(assembly.rank, 2);
   EXPECT_EQ(assembly.redundant, std::vector<std::string>{"joint[1]"});
 }
@@ -118,7 +118,7 @@ TEST(Projection, AppliesTheLeastCorrection) {
   ASSERT_FALSE(update_terms(system, system.parameters, 0, off.q.data(), off.v.data(), w));
   EXPECT_LT(w.rows.h.norm(), 1e-12);
   EXPECT_LT(w.rows.rate.norm(), 1e-12);
-  // the move is orthogonal, by the mass matrix, to what the constraints leave free: the one mode of motion
+  // the correction is orthogonal, in the mass matrix, to the one free mode of motion
   const Rows A = w.terms.A.selfadjointView<Eigen::Lower>();
   const Eigen::VectorXd move = off.q - (state.q + Vector3d(1e-4, -2e-4, 1e-4));
   const Eigen::VectorXd mode = Eigen::MatrixXd(w.rows.L).fullPivLu().kernel().col(0);
@@ -127,7 +127,7 @@ TEST(Projection, AppliesTheLeastCorrection) {
 }
 
 TEST(Assembly, NamesAllConstraintsOfAContradiction) {
-  // a four-bar has one freedom: crank and rocker cannot both be held where one pleases
+  // a four-bar has one freedom: crank and rocker cannot both be fixed freely
   Scene scene = four_bar();
   scene.constraints.push_back({"hold crank", CoordinateCoupling{{{"a"}}, {1}, constant(2.0)}});
   scene.constraints.push_back({"hold rocker", CoordinateCoupling{{{"c"}}, {1}, constant(1.5)}});

@@ -1,4 +1,4 @@
-// Each lane of a batch against one state by itself.
+// Each lane of a batch equals a single state.
 #include "dynamics/equations/batch.hpp"
 
 #include <Eigen/SVD>
@@ -40,7 +40,7 @@ TYPED_TEST(LanesTest, FunctionsEqualScalarFunctions) {
     const L s = sin(x), c = cos(x), root = sqrt(abs(x)), angle = atan2(y, x);
     const L greater = either(
         x > y, [&] { return x; }, [&] { return y; });
-    for (int lane = 0; lane < L::count; ++lane) {  // the standard's are within half a unit, these within one
+    for (int lane = 0; lane < L::count; ++lane) {  // allows one unit of rounding
       EXPECT_NEAR(s[lane], std::sin(x[lane]), 2.3e-16) << x[lane];
       EXPECT_NEAR(c[lane], std::cos(x[lane]), 2.3e-16) << x[lane];
       EXPECT_EQ(root[lane], std::sqrt(std::abs(x[lane])));
@@ -68,8 +68,8 @@ TYPED_TEST(LanesTest, MasksReduceOverAllOrAnyLanes) {
   EXPECT_TRUE((L(3) > 2).all() && !(L(3) < 2).any());
 }
 
-/// Eight random states of a system in a batch and in single file; everything that they give, compared to
-/// `bound` in parts of its largest number.
+/// Compares all results of eight random states in a batch and one by one; `bound` is relative to the largest
+/// entry.
 void compare(const System& system, unsigned seed, double bound, const std::string& which) {
   ASSERT_TRUE(check_batch(system)) << which;
   const Parameters& p = system.parameters;
@@ -119,7 +119,7 @@ void compare(const System& system, unsigned seed, double bound, const std::strin
     }
     EXPECT_LT(relative(lane_of(kinetic, lane), one.terms.group_kinetic), 1e-12) << which;
     EXPECT_LT(relative(lane_of(potential, lane), one.terms.group_potential), 1e-12) << which;
-    // what the accelerations ask for is what was given
+    // inverse dynamics of the accelerations gives the given efforts
     ASSERT_FALSE(update_terms(system, p, s.t, s.q.data(), s.v.data(), one)) << which;
     Rows A(system.nv, system.nv);
     for (int i = 0; i < system.nv; ++i)
@@ -132,7 +132,7 @@ void compare(const System& system, unsigned seed, double bound, const std::strin
   }
 }
 
-/// What compare() may find: 10 units of rounding, times the largest condition of the free part of A in its
+/// The bound for compare(): 10 units of rounding times the largest condition of the free part of A in its
 /// states.
 double rounding(const System& system, unsigned seed) {
   Workspace w(system);
@@ -194,7 +194,8 @@ struct OwnInertials {
     w.set_inertial(lane, body, inertial);
   }
 
-  /// After accelerate() with `p` and what was given (or not): `a` against each state by itself.
+  /// Compares `a` from accelerate() with `p`, with the given efforts (`acted`) or without, with each single
+  /// state.
   void expect_single(const Parameters& p, const Eigen::VectorX<Lanes>& a, bool acted = true) {
     for (int lane = 0; lane < count; ++lane) {
       Parameters own = p;
@@ -213,7 +214,7 @@ struct OwnInertials {
   const System& system;
   BatchState batch;
   BatchWorkspace w;
-  std::vector<std::vector<Inertial>> each;  ///< of a lane's bodies
+  std::vector<std::vector<Inertial>> each;  ///< [lane][body]
   Eigen::VectorX<Lanes> given;
 };
 
@@ -243,7 +244,7 @@ Scene bars_and_chain() {
   return scene;
 }
 
-// Bars by themselves take a pendulum's equation where accelerations alone are wanted.
+// When only accelerations are wanted, independent bars use the pendulum's equation.
 TEST_P(BatchInRegisters, IndependentBarsWithOwnInertialsEqualSingleStates) {
   const System system = compiled(bars_and_chain());
   compare(system, 20, 1e-12, "bars and a chain");
@@ -259,14 +260,14 @@ TEST_P(BatchInRegisters, IndependentBarsWithOwnInertialsEqualSingleStates) {
     own.expect_single(p, a);
   };
   expect_single(system.parameters);
-  Parameters moved = system.parameters;  // nothing of before is kept
+  Parameters moved = system.parameters;  // nothing cached from before is used
   moved.gravity = {1, 2, -3};
   for (double& armature : moved.armatures) armature *= 2;
   expect_single(moved);
 }
 
-/// Bodies held by balls, with nothing on them: any, one held at its gravity centre, an upright one, one so
-/// thin that its ball follows axis by axis; and one of the world's, and one at its carrier's origin.
+/// Bodies on ball joints that carry nothing: a general one, one held at its gravity centre, an upright one,
+/// one so thin that its ball is eliminated axis by axis, one on the world, and one at its parent's origin.
 Scene pendants() {
   Random random(11);
   Scene scene;
@@ -304,13 +305,13 @@ TEST_P(BatchInRegisters, PendantsWithOwnInertialsEqualSingleStates) {
               hanging);
   };
   for (const bool acted : {true, false}) expect_single(acted, 6);
-  // one lane's thin body takes all lanes of it the longer way
+  // a thin body in one lane sends all its lanes through the general elimination
   own.set(3, 2, {1, {0.4, 0, 0}, Eigen::Vector3d(5e-5, 1, 1).asDiagonal()});
   for (const bool acted : {true, false}) expect_single(acted, 5);
 }
 
-// What rounding may have made is left to what decides of one state: a needle's inertia about its own axis,
-// and none at all.
+// An inertia that may be rounding goes to the single-state code: a needle's inertia about its own axis, tiny
+// and zero.
 TEST_P(BatchInRegisters, NearlySingularInertiaFallsBackToSingleStates) {
   const System system = compiled(bars(3));
   const Eigen::VectorX<Lanes> given = Eigen::VectorX<Lanes>::Constant(3, Lanes(1e-3));

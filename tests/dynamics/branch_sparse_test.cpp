@@ -1,4 +1,4 @@
-// The factor along the branches against a dense Cholesky of the same matrix.
+// The branch-sparse factor against a dense Cholesky factor of the same matrix.
 #include "dynamics/equations/branch_sparse.hpp"
 
 #include <Eigen/Cholesky>
@@ -32,7 +32,7 @@ void expect_solved(const Scene& scene) {
   const auto [A, F, b, x] = Solved(system);
   const Eigen::VectorXd dense = Eigen::MatrixXd(A).llt().solve(b);
   EXPECT_LT((x - dense).norm(), 1e-11 * dense.norm());  // rounding times the condition of A, up to 1e4
-  // eight columns at once, of which each has one entry
+  // eight columns at once, each with one entry
   Rows columns = Rows::Zero(system.nv, 8);
   for (int c = 0; c < 8; ++c) columns(c % system.nv, c) = 1 + c;
   std::vector<int> rows(system.nv);
@@ -54,8 +54,8 @@ TEST(BranchSparse, SolvesChainsStarsAndTrees) {
   for (unsigned seed = 0; seed < 5; ++seed) expect_solved(random_tree(seed, {.balls = true}));
 }
 
-// Of more coordinates than are factored side by side, and of a condition that leaves x no digits to compare:
-// what is left of b, to rounding.
+// Branches longer than the blocked factorisation's width. The condition leaves x no correct digits, so the
+// residual of b is compared with rounding.
 TEST(BranchSparse, FactorsLongBranches) {
   const System system = compiled(chain(60, true));
   const auto [A, F, b, x] = Solved(system);
@@ -72,7 +72,7 @@ TEST(BranchSparse, NamesACoordinateWithoutInertia) {
   const System system = compiled(chain(3, false));
   Rows A = need(evaluate(system, system.initial)).mass_matrix;
   Rows F = Rows::Zero(3, 3);
-  A.row(1) = A.row(0) * A(1, 0) / A(0, 0);  // the second coordinate moves what the first moves
+  A.row(1) = A.row(0) * A(1, 0) / A(0, 0);  // the second coordinate moves the same as the first
   A.col(1) = A.row(1);
   A(2, 0) = A(0, 2) = A(2, 1) = A(1, 2) = 0;
   A(0, 1) = A(1, 0);

@@ -1,4 +1,4 @@
-// The verdict: what makes a run untrusted, said with the reason, the time and the name.
+// The certificate's verdict: an untrusted run names the reason, the time and the culprit.
 #include "dynamics/run/certifier.hpp"
 
 #include <tuple>
@@ -48,7 +48,7 @@ TEST(Certificate, AccelerationResidualIsBaumgartesCorrection) {
 }
 
 TEST(Certificate, CountsTheWorkOfProjectionsSeparately) {
-  // with steps too long, projection keeps the point on its circle, but pays in energy
+  // with steps too long, projection keeps the point on its circle but changes the energy
   const Certificate certificate = run(swinging_rod(), settings("rk2", 10, 0.02)).certificate;
   EXPECT_FALSE(certificate.trusted);
   EXPECT_GT(certificate.work_projection_size, 0.1);
@@ -108,7 +108,7 @@ TEST(Certificate, EnergyTurnoverCountsEnergyThatChangedForm) {
 
 TEST(Certificate, RoundingCausesNoDistrust) {
   Random random(4);
-  Scene falls;  // without turning: its spin is all rounding
+  Scene falls;  // does not turn: its spin is rounding
   falls.solids = {solid("stone", "world", free_switches("stone"), {random.inertia().inertial()})};
   Scene stands = chain(1, false, M_PI);  // upside down, in balance: hardly any energy is turned over
   Scene rests = chain(3, true, 0);
@@ -175,7 +175,7 @@ TEST(Certificate, JudgesOverconstrainedLoopByKineticAndPotentialEnergy) {
   EXPECT_DOUBLE_EQ(c.energy_threshold, 1e-8);  // 1000 tolerances, as everywhere
 }
 
-// Leaving the constraint work out of the balance hides no loss of energy.
+// A balance without the constraint work still shows a loss of energy.
 TEST(Certificate, DistrustsALoopThatLosesEnergy) {
   const std::string file = shared_folder() + "/cases/bricard.toml";
   if (!std::filesystem::exists(file)) GTEST_SKIP() << "needs " << file;
@@ -183,7 +183,7 @@ TEST(Certificate, DistrustsALoopThatLosesEnergy) {
   EXPECT_FALSE(c.trusted);
 }
 
-// ---- what trust vouches for ----
+// ---- what trust means ----
 
 const char* const hinge_and_ball = R"(<mujoco><option timestep="0.01"/><worldbody>
   <body name="arm" pos="0.8 0 3"><joint name="swing" type="hinge" axis="0 1 0" pos="-0.8 0 0"/>
@@ -254,7 +254,7 @@ Scene shaken(double F, double w) {
 }
 
 TEST(Certificate, DistrustsMomentumLostInAnImpact) {
-  // two balls that meet in free flight: what they do to each other leaves their momentum
+  // two balls that meet in free flight: their impact conserves momentum
   Scene scene;
   scene.gravity.setZero();
   for (const char* name : {"a", "b"})
@@ -271,8 +271,8 @@ TEST(Certificate, DistrustsMomentumLostInAnImpact) {
   ASSERT_EQ(met.certificate.conserved.size(), 2u);
   EXPECT_LT(met.certificate.conserved[0].drift, 1e-12);
 
-  // the same moment by hand, once with what the law of impact gives (they stop at -0.5 m/s) and once with a
-  // tenth of the momentum lost
+  // the same impact by hand, once by the law of impact (they stop at -0.5 m/s) and once with a tenth of the
+  // momentum lost
   for (const double lost : {0., 0.1}) {
     Workspace w(system);
     State state = system.initial;
@@ -321,8 +321,7 @@ TEST(Certificate, NamesBothContradictoryRows) {
     for (const char* part : {"'slow'", "'fast'", "t = ", "'mass'"})
       EXPECT_NE(said.find(part), std::string::npos) << part << ": " << said;
   }
-  // and where no row depends on the others until the motion comes there: two rods that part beyond their
-  // reach
+  // no row is dependent at first: two rods whose anchors move apart beyond their reach
   Scene rods;
   rods.solids = {
       solid("point", "world", {slide("x", Vector3d::UnitX(), 0.5), slide("z", Vector3d::UnitZ(), -0.9)},
@@ -365,7 +364,7 @@ TEST(Certificate, EveryReasonNamesTimeAndSource) {
   }
 }
 
-// ---- steps longer than what the scene prescribes in time ----
+// ---- steps longer than the waves of prescribed functions ----
 
 TEST(Certificate, DistrustsFixedStepsLongerThanASinesPeriod) {
   const double w = 200 * M_PI;  // one step is one period: the method sees a steady force
@@ -379,8 +378,8 @@ TEST(Certificate, DistrustsFixedStepsLongerThanASinesPeriod) {
   EXPECT_TRUE(fine.certificate.trusted) << fine.certificate.reason;
 }
 
-// A force that vanishes wherever one step of 128 s looks: the whole, the halves, the quarters and the places
-// of the Dormand-Prince pair.
+// A force that is zero at every stage of one step of 128 s: those of the whole, half and quarter steps and of
+// the Dormand-Prince pair.
 TEST(Certificate, StepsResolvePolynomialAndTableWaves) {
   std::vector<double> product{1};
   for (const double zero : {0., 0.125, 0.2, 0.25, 0.3, 0.375, 0.5, 0.625, 0.75, 0.8, 0.875, 8. / 9, 1.}) {
@@ -444,7 +443,7 @@ TEST(Certificate, SinesOfDrivesAndConstraintsLimitStepsToo) {
   }
 }
 
-// ---- what assembly changed ----
+// ---- changes by assembly ----
 
 TEST(Certificate, NotesWhatAssemblyMoved) {
   Scene scene;  // a wall at x = 2 for a mass that is to start at 0 with 5 m/s
@@ -464,9 +463,9 @@ TEST(Certificate, NotesWhatAssemblyMoved) {
   EXPECT_TRUE(run(swinging_rod(), settings("rk4", 0.1, 0.001)).certificate.notes.empty());
 }
 
-// ---- independent parts, each by its own measure ----
+// ---- independent parts, each judged by itself ----
 
-/// A bar under too long steps beside a weight of a ton that falls freely, on which any method is exact.
+/// A bar whose steps are too long, beside a weight of a ton in free fall, for which any method is exact.
 Scene bar_beside_weight() {
   Scene scene = chain(1, false, 1);
   scene.solids.push_back(
@@ -488,7 +487,7 @@ TEST(Certificate, HeavyNeighbourDoesNotHideABarsDrift) {
 }
 
 TEST(Certificate, CountsWorkForTheGroupItActsOn) {
-  Scene scene = bar_beside_weight();  // with a force, a damper, a drive and a moving constraint, unlike ones
+  Scene scene = bar_beside_weight();  // the lines below add all that does work
   scene.solids.push_back(solid("carriage", "world", {driven(slide("ride", Vector3d::UnitX()), Sine{})}, {}));
   scene.solids.push_back(solid("bob", "carriage", {hinge("swing", Vector3d::UnitY(), 0.3)}, {link()}));
   scene.solids.push_back(
@@ -497,7 +496,7 @@ TEST(Certificate, CountsWorkForTheGroupItActsOn) {
                    {"damper", CoordinateSpring{{"h0"}, 3, 0.5, 0}}};
   scene.constraints = {{"rise", CoordinateCoupling{{{"height"}}, {1}, Sine{0.5, 2, 0, 0}}}};
   SimulationSettings how = settings("rk4", 2, 0.002);
-  how.energy_threshold = 1e-6;  // work put on a wrong group would break two balances by whole joules
+  how.energy_threshold = 1e-6;  // work booked on a wrong group would break two balances by joules
   for (const auto treatment : {ConstraintTreatment::projection, ConstraintTreatment::baumgarte}) {
     how.constraints = treatment;
     const System system = compiled(scene);

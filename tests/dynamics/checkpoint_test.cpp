@@ -1,4 +1,4 @@
-// A run that is broken off and taken up again is, bit for bit, the run that was not.
+// A run that is stopped and resumed equals the uninterrupted run bit for bit.
 #include <cstring>
 
 #include "dynamics/formats/scene_file.hpp"
@@ -23,8 +23,8 @@ std::string bytes_of(Trajectory t) {
   return k.bytes();
 }
 
-/// Stops after the first step, a fifth, a third and a quarter of the steps, going on from there each time,
-/// and compares with the run that does not, which is given back.
+/// Stops a run four times, after 1 step and a fifth, a third and a quarter of all steps, and resumes it each
+/// time. Compares it with the uninterrupted run and returns that.
 Trajectory compare(const Scene& scene, const SimulationSettings& how) {
   const System system = compiled(scene);
   const std::string name = scene.name + " by " + how.method;
@@ -65,7 +65,7 @@ TEST(Checkpoint, EveryMethodResumesBitForBit) {
       compare(scene, rows_every(settings(method, 1, 1e-2, 1e-8), interval));
 }
 
-// A spring so stiff that the collocation has to go over to Newton's method, whose factors it keeps.
+// A spring so stiff that the collocation switches to Newton's method and keeps its factors.
 TEST(Checkpoint, StoresTheFactorsOfImplicitSteps) {
   Scene scene = chain(2, false, 0.3);
   scene.efforts = {{"stiff", CoordinateSpring{{"h1"}, 1e6, 10, 0.3}}};
@@ -82,8 +82,7 @@ TEST(Checkpoint, StoresDrivesRangesAndPeriods) {
   EXPECT_FALSE(motion.certificate.events.empty());
 }
 
-// A weight that leaves its stop and falls on it again: whether the stop pushes is not to be read off the
-// start.
+// A weight leaves its stop and falls on it again: the start state alone does not say whether the stop pushes.
 TEST(Checkpoint, StoresActiveStops) {
   Scene scene;
   scene.name = "stop";
@@ -106,7 +105,7 @@ TEST(Checkpoint, StoresContactsAndTheirLosses) {
   }
 }
 
-// A small ball of 60 m/s that meets another one: steps of 10 ms would pass through it and are made in parts.
+// A small ball at 60 m/s hits another one. Steps of 10 ms would pass through it, so they are made in parts.
 TEST(Checkpoint, StoresAPartlyFinishedStep) {
   Scene scene;
   scene.gravity.setZero();
@@ -166,7 +165,7 @@ TEST(Checkpoint, IsRefusedIfDamagedOrOfAnotherRun) {
     observer.checkpoint = kept.substr(0, length);
     EXPECT_FALSE(simulate(system, system.initial, how, observer)) << length;
   }
-  for (std::size_t at = 0; at < kept.size(); at += 1 + kept.size() / 200) {  // one byte is another
+  for (std::size_t at = 0; at < kept.size(); at += 1 + kept.size() / 200) {  // one byte is changed
     observer.checkpoint = kept;
     observer.checkpoint[at] = char(observer.checkpoint[at] ^ 4);
     const auto out = simulate(system, system.initial, how, observer);
@@ -175,7 +174,7 @@ TEST(Checkpoint, IsRefusedIfDamagedOrOfAnotherRun) {
   }
   observer.checkpoint = kept + "x";
   EXPECT_FALSE(simulate(system, system.initial, how, observer));
-  // whole, but with more in it than this program puts away
+  // complete, but with extra data at the end
   std::string other = kept.substr(0, kept.size() - sizeof(std::uint64_t)) + "more";
   const std::uint64_t digest = checksum_of(other);
   other.append(reinterpret_cast<const char*>(&digest), sizeof digest);
@@ -197,7 +196,7 @@ TEST(Checkpoint, IsRefusedIfDamagedOrOfAnotherRun) {
             std::string::npos);
 }
 
-// Asked for by and by, without a stop: nothing of the run changes.
+// Checkpoints written on the way do not change the run.
 TEST(Checkpoint, WritingItChangesNoResult) {
   const System system = compiled(chain(3, true, 0.5));
   const SimulationSettings how = rows_every(settings("dop853", 1, 1e-2, 1e-9), 0.1);

@@ -1,4 +1,4 @@
-// Collocation at eight nodes: what it is exact for, the tolerance met, lanes, stiffness.
+// Collocation at eight nodes: exactness, tolerance, lanes, stiffness.
 #include "dynamics/methods/collocation.hpp"
 
 #include <complex>
@@ -27,7 +27,7 @@ TEST(Collocation, IsExactForPolynomialsOfDegreeFifteen) {
   }
 }
 
-/// x'' = -x, told apart into position and velocity.
+/// x'' = -x, which tells the method which component is the position.
 struct Oscillator : FunctionFlow {
   Oscillator()
       : FunctionFlow(2, [](double, const Eigen::VectorXd& y, Eigen::VectorXd& dy) { dy << y[1], -y[0]; }) {}
@@ -72,8 +72,8 @@ TEST_P(CollocationInRegisters, MeetsItsTolerance) {
   }
 }
 
-// Slopes of motions are asked for four at a time; to a tight tolerance fewer than dop853 asks for, one by one
-// (to a loose one up to twice as many).
+// Slopes are evaluated four at a time. For a tight tolerance there are fewer than dop853's, for a loose one
+// up to twice as many.
 TEST_P(CollocationInRegisters, IntegratesMotionsWithFewEvaluations) {
   const Scene scene = chain(3, false, 0.5);
   const auto by = [&](const char* method, double tolerance) {
@@ -101,7 +101,7 @@ TEST(Collocation, StepSizeFollowsTheOrder) {
   EXPECT_NEAR(std::log10(steps_to(1e-12) / steps_to(1e-6)), 6. / 17, 0.1);
 }
 
-// What is large and smooth is not to hide what is small and fast: here its integral is the error function.
+// A large smooth component must not hide a small fast one, whose integral is the error function.
 TEST(Collocation, ResolvesSmallComponentsBesideLargeOnes) {
   for (const double width : {0.1, 0.3, 1.})
     for (const double tolerance : {1e-6, 1e-8, 1e-10, 1e-12})
@@ -136,8 +136,7 @@ TEST(Collocation, WorkThatIsNotANumberShortensTheStep) {
   EXPECT_DOUBLE_EQ(attempt.next_step, 0.5);
 }
 
-// Side by side no node waits for another in the first round either: the rounds then begin, and end,
-// elsewhere.
+// In parallel, nodes do not wait for each other even in the first iteration, so the iterates differ.
 TEST_P(CollocationInRegisters, ParallelNodesConvergeToTheSequentialResult) {
   const auto run = [](SpringsInLanes& flow, double tolerance) {
     Collocation method(tolerance);
@@ -161,7 +160,7 @@ TEST_P(CollocationInRegisters, ParallelNodesConvergeToTheSequentialResult) {
 }
 
 TEST(Collocation, StiffnessShortensStepsButKeepsAccuracy) {
-  // the rounds settle while steps are shorter than some thousandths
+  // the rounds settle while steps are shorter than about thousandths
   FunctionFlow flow(1, [](double t, const Eigen::VectorXd& y, Eigen::VectorXd& dy) {
     dy[0] = -1000 * (y[0] - std::cos(t)) - std::sin(t);
   });

@@ -1,4 +1,4 @@
-// compile(): what is merged, folded and numbered, and what is refused, by name.
+// compile(): merging of welded solids, folding of constants, numbering, and refusals by name.
 #include <algorithm>
 
 #include "dynamics/equations/evaluate.hpp"
@@ -62,7 +62,7 @@ TEST(Compile, FoldsAwayLockedCoordinates) {
   const System locked = compiled(scene);
   EXPECT_EQ(locked.nv, 2);
   EXPECT_EQ(locked.bodies.size(), 3u);  // l0 with l1, and l2
-  // the same by a constraint instead of folding: another way through the engine
+  // the same by a constraint instead of folding, which takes another path through the engine
   Scene held = chain(3, true, 0.3);
   held.constraints.push_back({"hold", CoordinateCoupling{{{"h1"}}, {1}, constant(0.3)}});
   const System constrained = compiled(held);

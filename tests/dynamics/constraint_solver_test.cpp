@@ -37,18 +37,18 @@ TEST(ConstraintSolver, AgreesWithTheSaddlePointSystem) {
   Eigen::VectorXd rest(n + m);
   rest << w.terms.Q - w.terms.B, -w.rows.E;
   const Eigen::VectorXd x = K.fullPivLu().solve(rest);
-  // rounding times the condition of the system, some 1e3
+  // rounding times the condition of the system, about 1e3
   EXPECT_LT((w.a - x.head(n)).norm(), 1e-12 * x.norm());
   EXPECT_LT((w.multipliers - x.tail(m)).norm(), 1e-12 * x.norm());
 }
 
-// Many loops, each tied to the next: their rows share little, and are kept so.
+// Many loops, each tied to the next: their Gram matrix is sparse and stays so.
 TEST(ConstraintSolver, AgreesWithTheSaddlePointSystemOverManyLoops) {
   const System system = compiled(sample("four_bar_40.toml"));
   State state = system.initial;
   Workspace w(system);
   need(assemble(system, system.parameters, state, w));
-  state.v.setLinSpaced(-1, 2);  // any velocities: what they ask of the rows differs from loop to loop
+  state.v.setLinSpaced(-1, 2);  // velocities that differ from loop to loop
   ASSERT_FALSE(accelerate(system, system.parameters, 0, state.q.data(), state.v.data(), {}, w));
   const int n = system.nv, m = w.solver.rank();
   ASSERT_EQ(m, 80);
@@ -93,7 +93,7 @@ TEST(ConstraintSolver, LosesOnlyTheConditionNumberNearDependence) {
     const Eigen::VectorXd x = K.fullPivLu().solve(rest).cast<double>();
     const double nearness = w.solver.nearness();
     EXPECT_LT(nearness, 2 * apart);
-    // rounding, the condition of A (some 1e3) and that of the rows; once more for multipliers
+    // rounding, the condition of A (about 1e3) and that of the rows; once more for multipliers
     EXPECT_LT((w.a - x.head(n)).norm(), 1e-13 / nearness * x.head(n).norm()) << apart;
     EXPECT_LT((w.multipliers - x.tail(m)).norm(), 1e-13 / nearness * x.tail(m).norm()) << apart;
   }
@@ -108,7 +108,7 @@ TEST(ConstraintSolver, GivesLeastNormMultipliersForDependentRows) {
   const Workspace twice = accelerated(system, state), single = accelerated(once, state);
   EXPECT_EQ(twice.solver.rank(), 3);
   EXPECT_LT((twice.a - single.a).norm(), 1e-11);
-  // two equal constraints bear half each: of all sharings the one with the least squares
+  // two equal constraints share the load equally, the least-squares solution
   EXPECT_LT((twice.multipliers.head(3) - single.multipliers / 2).norm(), 1e-11);
   EXPECT_LT((twice.multipliers.tail(3) - single.multipliers / 2).norm(), 1e-11);
 }

@@ -37,7 +37,7 @@ TEST(ContactRuns, ReboundsEndAtTheLimitOfTheGeometricSeries) {
     EXPECT_NEAR(impacts[0].impulse, (1 + e) * std::sqrt(2 * g), 1e-11);
     EXPECT_NEAR(impacts[0].energy_lost, g * (1 - e * e), 1e-11);
     ASSERT_EQ(closed.size(), 1u);
-    // what is left when the rest speed of 3e-7 m/s is reached: at most 2 v / g / (1 - e) = 3e-7 s
+    // time left when the rest speed of 3e-7 m/s is reached: at most 2 v / g / (1 - e) = 3e-7 s
     EXPECT_NEAR(closed[0].time, end, 3.1e-7);
     EXPECT_NEAR(last(t, 0), 0.1, 1e-12);
     EXPECT_NEAR(t.certificate.impact_loss, g, 1e-9);
@@ -49,8 +49,7 @@ TEST(ContactRuns, ReboundsEndAtTheLimitOfTheGeometricSeries) {
 
 TEST(ContactRuns, OutputRowsBeforeAnImpactAreUnaffectedByIt) {
   Scene scene = sample("bouncing_ball.toml");
-  kind_of<SphereOverPlane>(scene).surface.restitution =
-      0;  // from its landing on the ball is held on the ground
+  kind_of<SphereOverPlane>(scene).surface.restitution = 0;  // after landing, the ground holds the ball
   scene.simulation.output_interval = 0.05;
   scene.simulation.end_time = 1;
   const Trajectory t = run(scene);
@@ -75,8 +74,8 @@ TEST(ContactRuns, OpenContactCostsNoEvaluations) {
   }
 }
 
-// A mass on a spring, x = cos t, grazes a post beside its way and is thrown back; a step may span half a
-// swing, at whose ends it rests.
+// A mass on a spring, x = cos t, hits a post on its way and is thrown back. A step may span half a swing,
+// with the mass at rest at both ends.
 TEST(ContactRuns, LongStepDoesNotPassOverAPost) {
   Scene scene;
   scene.gravity.setZero();
@@ -143,7 +142,7 @@ TEST(ContactRuns, BlockThrownUpASlopeStopsAndSlidesBack) {
   const double stop = 2 / down, after = scene.simulation.end_time - stop;
   EXPECT_NEAR(last(t, 0), 2 / down - 0.5 * back * after * after, 1e-8);
   EXPECT_NEAR(last_velocity(t, 0), -back * after, 1e-8);
-  // its corners begin to slide at the start, and anew where it turns
+  // its corners begin to slide at the start and again where it turns
   const auto slips = events(t, "slip");
   ASSERT_EQ(slips.size(), 8u);
   for (std::size_t i = 0; i < 8; ++i) EXPECT_NEAR(slips[i].time, i < 4 ? 0 : stop, 1e-8);
@@ -215,7 +214,7 @@ TEST(ContactRuns, FallingBoxLandsFlatAndRests) {
   const Eigen::Index end = t.contact_forces.rows() - 1;
   for (int k = 0; k < 4; ++k) EXPECT_NEAR(t.contact_forces(end, k), 2 * g / 4, 1e-8) << k;
   for (int k = 4; k < 8; ++k) EXPECT_EQ(t.contact_modes(end, k), 0);
-  EXPECT_NEAR(t.certificate.impact_loss, 2 * g * 0.8, 1e-8);  // flat all the way: friction has nothing to do
+  EXPECT_NEAR(t.certificate.impact_loss, 2 * g * 0.8, 1e-8);  // it stays flat, so friction does no work
 }
 
 TEST(ContactRuns, ContactOpensWhenItsForceVanishes) {
@@ -269,7 +268,7 @@ TEST(ContactRuns, TautRopeBecomesAPendulum) {
   const Trajectory t = run(scene);
   const auto impacts = events(t, "impact");
   ASSERT_EQ(impacts.size(), 1u);
-  // falls 0.8 m, then the rope takes the part of its speed along itself: 0.8 of it
+  // falls 0.8 m, then the rope stops the velocity along itself, 0.8 of the speed
   EXPECT_NEAR(impacts[0].time, std::sqrt(2 * 0.8 / g), 1e-10);
   EXPECT_NEAR(impacts[0].energy_lost, 0.64 * g * 0.8, 1e-9);
   for (Eigen::Index i = 0; i < t.q.rows(); ++i) EXPECT_LT(t.q.row(i).norm(), 1 + 1e-9);
@@ -306,7 +305,7 @@ TEST(ContactRuns, SlidingBallRollsAtFiveSeventhsOfItsSpeed) {
   EXPECT_NEAR(stuck[0].time, 2 * speed / (7 * 0.3 * g), 1e-8);
   EXPECT_NEAR(last_velocity(t, 0), 2 * 5. / 7, 1e-8);
   EXPECT_NEAR(last_velocity(t, 1), 1 * 5. / 7, 1e-8);
-  // all that friction did: 2/7 of the energy
+  // friction's work: 2/7 of the energy
   EXPECT_NEAR(t.certificate.work_efforts, -0.5 * 5 * 2 / 7, 1e-8);
 }
 
@@ -349,7 +348,7 @@ TEST(ContactRuns, CollidingFreeBallsKeepTheirMomentum) {
   EXPECT_NEAR((row[6] - row[0]) * cosine + (row[7] - row[1]) * sine, 0.7 * 3 * cosine, 1e-11);
   EXPECT_GT(t.certificate.impact_loss, 0);
   EXPECT_NEAR(t.certificate.impact_loss, 4.5 - t.kinetic.back(), 1e-10);
-  // the certificate judged both momenta, over the impact too, whose friction makes the balls spin
+  // the certificate checks both momenta, across the impact too, whose friction spins the balls
   ASSERT_EQ(t.certificate.conserved.size(), 2u);
   for (const Conserved& c : t.certificate.conserved) {
     EXPECT_GT(c.scale, 0.1) << c.name;
@@ -359,8 +358,8 @@ TEST(ContactRuns, CollidingFreeBallsKeepTheirMomentum) {
 }
 
 TEST(ContactRuns, ContactsWorkWithBaumgarte) {
-  // what slides, sticks and rolls above, between projections that are none: gains of 10 / s bring back what
-  // events leave of their location's 1e-12 m
+  // sliding, sticking and rolling again, with Baumgarte instead of projection: gains of 10 / s remove the
+  // error of an event's location, 1e-12 m
   Scene slope = sample("block_on_slope.toml");
   slope.simulation.constraints = ConstraintTreatment::baumgarte;
   const double a = 30 * degree_for_tests, mu = 0.4;

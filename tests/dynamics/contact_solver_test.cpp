@@ -1,6 +1,5 @@
-// Impulses of contacts: against every choice of active contacts (without friction), against Gauss-Seidel
-// sweeps until nothing moves (with friction), and against the laws themselves where contacts depend on each
-// other.
+// Contact impulses. References: all sets of active contacts (without friction), Gauss-Seidel sweeps to
+// convergence (with friction), and the contact laws (dependent contacts).
 #include "dynamics/contacts/contact_solver.hpp"
 
 #include <gtest/gtest.h>
@@ -27,7 +26,8 @@ ContactProblem problem(const MatrixXd& G, const VectorXd& free, double friction)
   return out;
 }
 
-/// Response of contacts on something of so many freedoms, and what they do without impulses.
+/// Draws contact problems: the response of contacts on a system with `freedoms` velocities, and their
+/// velocities without impulses.
 struct Draw {
   std::mt19937 generator;
   std::normal_distribution<double> normal{};
@@ -36,14 +36,14 @@ struct Draw {
   }
   ContactProblem contacts(int count, int freedoms, double friction) {
     const MatrixXd J = matrix(3 * count, freedoms);
-    // what they do comes of a velocity, or dependent ones contradict each other
+    // contact velocities come from a system velocity, or dependent contacts would contradict each other
     VectorXd v = matrix(freedoms, 1);
     for (int i = 0; i < count; ++i) v -= 0.3 * J.row(3 * i).transpose();  // most of them close
     return problem(J * J.transpose(), J * v, friction);
   }
 };
 
-/// By how much Signorini's and Coulomb's laws are missed, m/s and in parts of the impulses.
+/// Expects Signorini's and Coulomb's laws within `tolerance`, relative to velocities and impulses.
 void expect_laws(const ContactProblem& c, const VectorXd& p, double tolerance) {
   const int n = 3 * c.count;
   const VectorXd u = c.free.head(n) + c.G.topLeftCorner(n, n) * p;
@@ -56,7 +56,7 @@ void expect_laws(const ContactProblem& c, const VectorXd& p, double tolerance) {
     const Vector2d t = p.segment<2>(3 * i + 1), slip = u.segment<2>(3 * i + 1);
     const double limit = c.friction[i] * normal;
     EXPECT_LE(t.norm(), limit + tolerance * most) << i;
-    if (slip.norm() < 1e3 * tolerance * scale) continue;  // it sticks, or all but
+    if (slip.norm() < 1e3 * tolerance * scale) continue;  // it sticks or nearly so
     EXPECT_NEAR(t.norm(), limit, 1e-3 * most) << i;
     EXPECT_LT((t * slip.norm() + limit * slip).norm(), 1e-3 * most * slip.norm()) << i;
   }
@@ -76,7 +76,7 @@ TEST_P(ContactSolverInRegisters, FindsTheUniqueSetOfActiveContacts) {
         c.G.col(3 * i + k).setZero();
         c.free[3 * i + k] = 0;
       }
-    // every choice of contacts that press: with a response that is definite, one of them keeps the law
+    // every set of pressing contacts: with a definite response, exactly one keeps the law
     VectorXd expected;
     int found = 0;
     for (int choice = 0; choice < 1 << n; ++choice) {
@@ -131,7 +131,7 @@ TEST_P(ContactSolverInRegisters, AgreesWithConvergedGaussSeidelSweeps) {
     if (moved > 1e-14) continue;
     ++settled;
     EXPECT_LT((c.G * (p - swept)).cwiseAbs().maxCoeff(), 1e-5 * scale) << trial;
-    // from its own solution it has nothing to do
+    // started at its own solution, it takes no steps
     const long solves = solver.solves();
     solver.solve(c, scale, p);
     EXPECT_LE(solver.solves(), solves + 1);
@@ -150,7 +150,7 @@ TEST_P(ContactSolverInRegisters, KeepsTheLawsForDependentContacts) {
   }
 }
 
-// Across, these can move one way only.
+// Contacts that can slide in one direction only.
 TEST_P(ContactSolverInRegisters, KeepsTheLawsInAPlane) {
   Draw draw{std::mt19937(9)};
   for (int trial = 0; trial < 50; ++trial) {
@@ -168,7 +168,7 @@ TEST_P(ContactSolverInRegisters, KeepsTheLawsInAPlane) {
   }
 }
 
-// One solver for many problems, with room for more rows than they have.
+// One solver for many problems of different sizes.
 TEST_P(ContactSolverInRegisters, SolvesEachProblemIndependently) {
   Draw draw{std::mt19937(13)};
   ContactSolver solver;
@@ -193,9 +193,8 @@ TEST_P(ContactSolverInRegisters, SolvesEachProblemIndependently) {
   }
 }
 
-// Bodies that are pressed on from all sides and rub: impulses as large as friction lets them be hold against
-// each other. Masses far apart, as of hands and trunks. (Newton's method alone leaves one of eleven
-// unsettled.)
+// Jammed bodies with friction hold each other by arbitrarily large impulses, and their masses differ as those
+// of hands and trunks do. (Newton's method alone fails for one in eleven.)
 TEST_P(ContactSolverInRegisters, ConvergesForJammedContacts) {
   Draw draw{std::mt19937(11)};
   std::uniform_real_distribution<double> exponent(-1.5, 1.5);

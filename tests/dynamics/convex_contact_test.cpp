@@ -1,5 +1,5 @@
-// Contacts of convex shapes: distances against closed forms, against points of both shapes that prove them,
-// and against MuJoCo; their rows against central differences; motions against closed forms.
+// Contacts of convex shapes. Distances: against closed forms, bounds from points of both shapes, and MuJoCo.
+// Rows: against central differences. Motions: against closed forms.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -71,7 +71,7 @@ struct TestPair {
   ConvexTouch touch() const { return touch_of(*a.convex, a.X, *b.convex, b.X, count); }
 };
 
-/// Two shapes; a moved away from b until their gap is `gap`.
+/// Two shapes; a is moved away from b until their gap is `gap`.
 TestPair pair_at(Random& random, int first, int second, double gap) {
   const Form fa = random_form(random, first), fb = random_form(random, second);
   TestPair out{{fa, make_convex(at_origin(fa)), random_pose(random, 1)},
@@ -86,7 +86,7 @@ TestPair pair_at(Random& random, int first, int second, double gap) {
   return out;
 }
 
-/// How far a point lies outside a shape, by its equation; about: exact on the surface.
+/// Distance of a point outside a shape by its equation; approximate away from the surface.
 double outside(const Placed& one, const Vector3d& p_W) {
   const Vector3d p = one.X.inverse() * p_W;
   if (const auto* box = std::get_if<Box>(&one.form)) return (p.cwiseAbs() - box->size / 2).maxCoeff();
@@ -105,7 +105,7 @@ double outside(const Placed& one, const Vector3d& p_W) {
   return most;
 }
 
-/// A point of the shape: from its surface at random. (The origin may lie outside of a hull of random points.)
+/// A random point of the shape's surface. (The origin may lie outside a hull of random points.)
 Vector3d some_point(const Placed& one, Random& random) {
   const Vector3d d(random.number(-1, 1), random.number(-1, 1), random.number(-1, 1));
   const Vector3d centre = one.convex->centre;
@@ -115,8 +115,8 @@ Vector3d some_point(const Placed& one, Random& random) {
   return one.X * Vector3d(centre + low * d);
 }
 
-// A gap is proven from both sides: no point of one shape is farther across the plane than it says, and two
-// points of the shapes are as near as it says.
+// A gap is bounded from both sides: the plane separates the shapes by at least the gap, and two points of the
+// shapes are that close.
 TEST(ConvexTouch, GapsAreProvenByPointsOfBothShapes) {
   Random random(1);
   for (int first = 0; first < 6; ++first)
@@ -142,7 +142,7 @@ TEST(ConvexTouch, GapsAreProvenByPointsOfBothShapes) {
           nearest = std::min(nearest, std::max(outside(on_b ? pair.b : pair.a, point.p),
                                                outside(on_b ? pair.a : pair.b, other)));
         }
-        // a cylinder's end is a polygon of 24 corners in clipping, inside its rim
+        // clipping uses a polygon of 24 corners within the cylinder's rim
         EXPECT_LE(nearest, 1e-8) << which;
       }
 }
@@ -218,7 +218,7 @@ Constraint on_floor(const std::string& a, const Form& form, double friction) {
 
 #ifdef BORELLI_MUJOCO
 
-/// MuJoCo's least distance of the two geoms; nothing: it sees no contact.
+/// MuJoCo's least distance of the two geoms; empty if it finds no contact.
 std::optional<double> of_mujoco(const TestPair& pair) {
   const auto geom = [](const Placed& one) {
     const Quaternion q = quaternion(one.X.R);
@@ -245,8 +245,8 @@ std::optional<double> of_mujoco(const TestPair& pair) {
   return least;
 }
 
-/// Least depth of two boxes that overlap, m, by the separating axis theorem (Gottschalk, Lin and Manocha, OBBTree,
-/// SIGGRAPH 1996): over the normals of their faces and the normals across an edge of each.
+/// Least depth of two boxes that overlap, m, by the separating axis theorem (Gottschalk, Lin and Manocha,
+/// OBBTree, SIGGRAPH 1996): over the normals of their faces and the normals across an edge of each.
 double depth_of_boxes(const TestPair& pair) {
   const auto reach = [](const Placed& one, const Vector3d& n) {
     const Vector3d along = one.X.R.transpose() * n;
@@ -277,7 +277,7 @@ TEST(ConvexTouch, OverlapsWhereMujocoSeesContacts) {
         ASSERT_EQ(found.has_value(), gap < 0) << which;
         if (!found) continue;
         if (first == 1) {
-          EXPECT_NEAR(*found, gap, 1e-9) << which;  // closed forms there
+          EXPECT_NEAR(*found, gap, 1e-9) << which;  // MuJoCo has closed forms for these
         }
         if (first == 0) {
           EXPECT_NEAR(depth_of_boxes(pair), -gap, 1e-12) << which;
@@ -290,8 +290,8 @@ TEST(ConvexTouch, OverlapsWhereMujocoSeesContacts) {
 class ConvexRows : public testing::TestWithParam<std::tuple<int, int>> {};
 
 // (Without cylinders over boxes: where the rim cuts the corner, its rows count it as fixed in its shape.)
-// Central differences of the gap and its rate, for the nearest point. (A corner that both shapes cut, over faces
-// that are not parallel, is farther; its rows count it as fixed in its shape.)
+// Central differences of the gap and its rate, for the nearest point. (A corner that both shapes cut, over
+// faces that are not parallel, is farther; its rows count it as fixed in its shape.)
 TEST_P(ConvexRows, AreTheDerivativesOfTheGap) {
   const auto [first, second] = GetParam();
   Random random(unsigned(10 * first + second + 3));
@@ -314,7 +314,7 @@ TEST_P(ConvexRows, AreTheDerivativesOfTheGap) {
       scan_constraints(system, system.parameters, kinematics, rows);
       return rows;
     };
-    // differences err by h^2 times third derivatives (some 100 for the smallest roundness) and rounding / h
+    // differences err by h^2 times third derivatives (about 100 for the smallest roundness) and rounding / h
     const double h = 1e-5, tolerance = 1e-6;
     const ConstraintRows now = rows_at(0 * state.v), behind = rows_at(-h * state.v),
                          ahead = rows_at(h * state.v);
@@ -373,7 +373,7 @@ TEST(ConvexContacts, BoxTipsBeyondWidthOverHeight) {
     if (factor < 1)
       EXPECT_LT(turned, 1e-6);
     else
-      // about the edge: I angle'' = m g (h/2 sin - w/2 cos), which grows as cosh: at least a t^2 / 2
+      // about the edge I angle'' = m g (h/2 sin - w/2 cos), so the angle grows as cosh: at least a t^2 / 2
       EXPECT_GT(2 * turned, 0.5 * g * (h / 2 * std::sin(tilt) - w / 2 * std::cos(tilt)) /
                                 ((w * w + h * h) / 3) * 0.25 * 0.98);
     EXPECT_TRUE(path.certificate.trusted) << path.certificate.reason;
@@ -401,8 +401,8 @@ TEST(ConvexContacts, CylinderRollsDownASlopeAtTwoThirds) {
   }
 }
 
-// An ellipsoid rests on the end of its shortest half axis c. Rocking in the plane of a and c without slip, the
-// potential of small turns is m g (a^2 / c - c) / 2 angle^2, the inertia about the contact I + m c^2.
+// An ellipsoid rests on the end of its shortest half axis c. Rocking in the plane of a and c without slip,
+// the potential of small turns is m g (a^2 / c - c) / 2 angle^2, the inertia about the contact I + m c^2.
 TEST(ConvexContacts, EllipsoidRocksWithTheClosedPeriod) {
   const double a = 0.3, b = 0.2, c = 0.15, m = 2, start = 0.01;
   const Form egg = Ellipsoid{{a, b, c}};
@@ -432,7 +432,7 @@ TEST(ConvexContacts, StackOfFiveBoxesRestsAndCarriesItsWeight) {
   const Form brick = Box{{0.4, 0.3, 0.2}};
   Scene scene;
   for (int i = 0; i < 5; ++i) {
-    // turned against each other: the shared areas have eight corners
+    // turned about the vertical: the shared areas have eight corners
     scene.solids.push_back(body_of(fmt::format("b{}", i), 1 + i, brick,
                                    {rotation_about(Vector3d::UnitZ(), 0.4 * i), {0, 0, 0.1 + 0.2 * i}}));
     scene.constraints.push_back(

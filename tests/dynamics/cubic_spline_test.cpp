@@ -1,5 +1,5 @@
-// The cubic spline: small ones by hand, its order against functions that meet its ends, what holds beyond
-// them.
+// The cubic spline: small cases by hand, its order on functions that satisfy its end conditions, and values
+// beyond the ends.
 #include "dynamics/numbers/cubic_spline.hpp"
 
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 namespace borelli::test {
 namespace {
 
-/// Through n even pieces of f over [0, end].
+/// A spline of f with n equal pieces on [0, end].
 template <class Function>
 CubicSpline through(const Function& f, double end, int n, SplineEnds ends) {
   std::vector<double> x, y;
@@ -100,8 +100,8 @@ TEST(CubicSpline, ExplainsInvalidTables) {
   EXPECT_EQ(S::complaint({0, NAN}, {0, 1}, SplineEnds::natural), "contains a number that is not finite");
 }
 
-/// The same conditions with the slopes as unknowns, all in one dense system: continuous second derivatives,
-/// and end pieces whose third derivative is that of the cubic through the four end values.
+/// The same conditions with the slopes as unknowns, in one dense system: continuous second derivatives, and
+/// end pieces whose third derivative is that of the cubic through the four end values.
 double forsythe_by_slopes(const std::vector<double>& x, const std::vector<double>& y, double at) {
   const int n = int(x.size());
   Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n, n);

@@ -1,5 +1,5 @@
-// Derivatives of the dynamics against finite differences of the dynamics, against dual numbers sent through
-// the whole engine and through the articulated bodies' recursion, and against MuJoCo's accelerations.
+// Derivatives of the dynamics against finite differences, against dual numbers through the whole engine and
+// through the articulated-body recursion, and against MuJoCo's accelerations.
 #include "dynamics/equations/derivatives.hpp"
 
 #include <Eigen/Eigenvalues>
@@ -41,7 +41,7 @@ State moved(const System& system, State state, const Eigen::VectorXd& x) {
   return state;
 }
 
-/// One of a body's ten numbers changed by s.
+/// The system with one of a body's ten inertial numbers changed by s.
 System changed(System system, int body, int number, double s) {
   Inertial& it = system.parameters.inertials[body];
   constexpr int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
@@ -61,7 +61,7 @@ std::vector<int> massive(const System& system) {
   return out;
 }
 
-/// a, then the multipliers.
+/// The accelerations, then the multipliers.
 Eigen::VectorXd solution(const System& system, const State& state, const Eigen::VectorXd& efforts) {
   const Evaluation e = need(evaluate(system, state, efforts));
   Eigen::VectorXd out(e.acceleration.size() + e.multipliers.size());
@@ -128,7 +128,7 @@ void compare_random(bool constrained) {
     if (constrained) {
       const Evaluation e = need(evaluate(*system, state));
       const Eigen::VectorXd s = e.constraint_jacobian.jacobiSvd().singularValues();
-      if (s[s.size() - 1] < 0.03) continue;  // near a singular position differences mean nothing
+      if (s[s.size() - 1] < 0.03) continue;  // differences fail near a singular position
     }
     compare_forward(*system, state, fmt::format("seed {}", seed));
     ++compared;
@@ -173,14 +173,14 @@ TEST(Derivatives, OfInverseDynamicsMatchDifferences) {
             difference([&](double s) { return efforts(changed(*system, bodies[i], k, s), state, a); });
         EXPECT_LT(relative(exact.efforts_by_inertia.col(10 * i + k), one), tolerance) << seed << ", " << k;
       }
-    // and forward dynamics undoes it: tau gives a back
+    // forward dynamics inverts it: tau gives a
     const auto back = evaluate(*system, state, exact.efforts);
     if (!back || !well_conditioned(*system, state)) continue;
     EXPECT_LT(relative(back->acceleration, a), 1e-10) << seed;
   }
 }
 
-// A user's function: its third derivatives are by differences along the motion.
+// A user's function; its third derivatives come from differences along the motion.
 TEST(Derivatives, IncludeAUsersFunction) {
   Scene scene = chain(4, true, 0.4);
   FunctionConstraint function;
@@ -239,10 +239,10 @@ TEST(Derivatives, IncludeEveryEffort) {
   compare_forward(system, state, "efforts");
 }
 
-// Rounding of sums of some hundred terms, relative to the largest entry.
+// Rounding of sums of about a hundred terms, relative to the largest entry.
 constexpr double rounding = 1e-12;
 
-/// At accelerations and multipliers that solve nothing, so that every term counts.
+/// Compares at accelerations and multipliers that do not solve the equations, so that every term counts.
 void compare_with_duals(const System& system, const State& state, StateDerivatives& derivatives,
                         const std::string& which) {
   const Eigen::VectorXd a = Eigen::VectorXd::LinSpaced(system.nv, -3, 2);
@@ -266,7 +266,7 @@ TEST(Derivatives, EqualDualNumbersInRandomScenes) {
       const auto system = compile(RandomScene(seed, 9, constrained).scene);
       if (!system || system->nv == 0) continue;
       StateDerivatives derivatives(*system);
-      for (unsigned other : {900, 400}) {  // nothing is left of the first state
+      for (unsigned other : {900, 400}) {  // nothing cached from the first state is used
         State state = Random(seed + other).state(*system);
         state.t = 0.3;
         compare_with_duals(*system, state, derivatives, fmt::format("seed {} of {}", seed, constrained));
@@ -368,7 +368,7 @@ TEST_P(DerivativesOfBatches, EqualThoseOfEachState) {
   }
 }
 
-// The same scene a million metres away: only the positions' own rounding, 1e-10 m, may show.
+// The same scene a million metres away: only the rounding of positions, 1e-10 m, may show.
 TEST(Derivatives, LoseNoDigitsFarFromTheOrigin) {
   const System near = compiled(tree_of_every_switch(3, 0)), far = compiled(tree_of_every_switch(3, 1e6));
   const State state = Random(53).state(near);
@@ -409,7 +409,7 @@ TEST(Derivatives, OfAccelerationsSolveTheImplicitEquations) {
   EXPECT_GT(compared, 10);
 }
 
-// The formula of implicit functions against dual numbers sent through the recursion of articulated bodies.
+// The implicit-function formula against dual numbers through the articulated-body recursion.
 TEST(Derivatives, MatchTheArticulatedBodyMethod) {
   const System system = compiled(random_tree(2, {.balls = true, .drives = true}));
   State state = Random(8).state(system);
@@ -430,7 +430,7 @@ TEST(Derivatives, MatchTheArticulatedBodyMethod) {
     find_bodies<DualNumber>(system, system.parameters, inertials, k, articulation);
     ASSERT_TRUE(find_accelerations<DualNumber>(system, system.parameters, inertials, k, &efforts, nullptr,
                                                articulation, a.data(), drives.data()));
-    for (int j = 0; j < system.nv; ++j)  // rounding, times A's condition of some 1e3
+    for (int j = 0; j < system.nv; ++j)  // rounding, times A's condition of about 1e3
       EXPECT_NEAR(a[j].d[0], exact.acceleration_by_v(j, i),
                   1e-11 * (1 + exact.acceleration_by_v.cwiseAbs().maxCoeff()));
   }
@@ -447,7 +447,7 @@ TEST(Derivatives, RefuseVectorsOfTheWrongSize) {
 }
 
 #ifdef BORELLI_MUJOCO
-// Against differences of MuJoCo's accelerations along its own tangent, which is ours.
+// Against differences of MuJoCo's accelerations along its tangent coordinates, which equal ours.
 TEST(Derivatives, MatchMuJoCo) {
   for (Joints joints : {Joints::hinges, Joints::balls, Joints::mixed, Joints::free}) {
     const Twin twin = TwinMaker(3, joints, 6).make();

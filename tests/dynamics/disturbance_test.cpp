@@ -1,4 +1,4 @@
-// Disturbed states: as far off as asked, and nowhere against constraints and closed contacts.
+// Disturbed states: of the requested size, and consistent with constraints and closed contacts.
 #include "dynamics/run/disturbance.hpp"
 
 #include "dynamics/equations/equations.hpp"
@@ -29,7 +29,7 @@ TEST(Disturbance, KeepsClosedContactsClosedAndMovesOpenOnes) {
   const Scene resting = sample("block_on_slope.toml");
   const System closed = compiled(resting);
   const State lies = disturbed(closed, closed.initial, 1e-3);
-  EXPECT_LT((lies.v - closed.initial.v).norm(), 1e-15);  // all that its corners leave it is held by friction
+  EXPECT_LT((lies.v - closed.initial.v).norm(), 1e-15);  // friction holds the rest
   const System open = compiled(sample("bouncing_ball.toml"));
   EXPECT_NEAR(std::abs(disturbed(open, open.initial, 1e-3).v[0]), 1e-3 * open.velocity_scale[0], 1e-15);
 }

@@ -57,7 +57,7 @@ class DualResiduals {
     v_ = state_.v.cast<DualNumber>();
   }
 
-  /// Makes direction `at` the i-th velocity of a coordinate.
+  /// Sets dual direction `at` to the i-th velocity of a coordinate.
   void seed(const CoordinateInfo& info, int i, int at) {
     if (info.q_size == 1) {
       q_[info.q_index].d[std::size_t(at)] = 1;
@@ -75,7 +75,7 @@ class DualResiduals {
     scan_efforts(system_, p, kinematics_, efforts_);
     find_own_forces(system_, p, inertials_, kinematics_, efforts_, recursion_, terms_);
     find_efforts(system_, p, kinematics_, efforts_, recursion_, terms_);
-    scan_constraints(system_, p, kinematics_, rows_);  // E includes L a: the kinematics were given a
+    scan_constraints(system_, p, kinematics_, rows_);  // E includes L a, because the kinematics were given a
     r_ = (terms_.B - terms_.Q).head(system_.nv);
     for (int row = 0; row < system_.rows; ++row)
       for (int i = 0; i < system_.nv; ++i) r_[i] -= lambda_[row] * rows_.L(row, i);

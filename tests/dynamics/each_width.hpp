@@ -1,4 +1,4 @@
-// Tests that are run in the code for this processor's registers and in that for narrower ones.
+// Runs tests with this processor's register width and with each narrower one.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,6 +1,5 @@
-// Limit springs, controllers, drags and a user's own effort against closed forms. (That they push down the
-// slopes of their potentials and do the work that they say is scan_test's, their derivatives are
-// derivatives_test's.)
+// Limit springs, controllers, drags and a user's own effort against closed forms. (passes_test checks their
+// potentials and power, derivatives_test their derivatives.)
 #include "dynamics/scene/effort.hpp"
 
 #include <complex>
@@ -13,7 +12,7 @@
 namespace borelli::test::effort_kinds_test {
 namespace {
 
-// Adaptive steps of 1e-11 in runs of some hundred steps.
+// Adaptive steps of 1e-11 in runs of about a hundred steps.
 constexpr double tolerance = 1e-8;
 
 SimulationSettings fine(double end) { return settings("dopri5", end, 1e-3, 1e-11); }
@@ -27,8 +26,8 @@ Scene slider(double q, double v) {
   return scene;
 }
 
-// m x'' = -k x (1 + c x'): v dv / (1 + c v) = -k/m x dx, so v / c - log(1 + c v) / c^2 is the same on the way
-// in and on the way out (Hunt and Crossley's equation 6 with exponent 1).
+// m x'' = -k x (1 + c x') gives v dv / (1 + c v) = -k/m x dx. So v / c - log(1 + c v) / c^2 has the same
+// value when entering and leaving (Hunt and Crossley, equation 6 with exponent 1).
 TEST(LimitSpring, ReturnsTheSpeedOfTheClosedForm) {
   const double c = 0.3;
   const auto invariant = [&](double v) { return v / c - std::log1p(c * v) / (c * c); };
@@ -61,9 +60,9 @@ TEST(LimitSpring, NeverPullsAndStartsAtZero) {
   EXPECT_EQ(effort(0.05, 1), 0);
   EXPECT_DOUBLE_EQ(effort(0.3, 0), -20);
   EXPECT_DOUBLE_EQ(effort(-0.3, 0), 10);
-  EXPECT_DOUBLE_EQ(effort(0.3, 1), -30);  // going in: more
-  EXPECT_DOUBLE_EQ(effort(-0.3, 1), 5);   // coming back: less
-  EXPECT_EQ(effort(0.3, -2.5), 0);        // torn back: nothing
+  EXPECT_DOUBLE_EQ(effort(0.3, 1), -30);  // entering: more
+  EXPECT_DOUBLE_EQ(effort(-0.3, 1), 5);   // leaving: less
+  EXPECT_EQ(effort(0.3, -2.5), 0);        // pulled back fast: none
   EXPECT_EQ(effort(-0.3, 2.5), 0);
   EXPECT_LT(std::abs(effort(0.1 + 1e-9, 1)), 1e-6);
 }
@@ -80,7 +79,7 @@ TEST(LimitSpring, KeepsABallInItsRanges) {
   how.output_interval = 0;
   const Trajectory motion = run(scene, how);
   EXPECT_TRUE(motion.certificate.trusted) << motion.certificate.reason;
-  // no deeper than all of its energy would press: weight's 2 m g l and the kinetic at the start
+  // depth at which the spring would store all energy: the weight's 2 m g l and the start's kinetic energy
   const double energy = motion.kinetic[0] + 2 * 2 * 9.81 * 0.4, depth = std::sqrt(2 * energy / stiffness);
   double farthest = 0;
   for (Eigen::Index row = 0; row < motion.q.rows(); ++row)
@@ -89,15 +88,15 @@ TEST(LimitSpring, KeepsABallInItsRanges) {
       farthest = std::max({farthest, x - joint.ranges[i].upper, joint.ranges[i].lower - x});
     }
   EXPECT_LT(farthest, depth);
-  EXPECT_GT(farthest, 0.01);  // it did meet them
-  // what the stops took is what is missing
+  EXPECT_GT(farthest, 0.01);  // it reached the stops
+  // the stops dissipated the missing energy
   const double lost =
       motion.kinetic[0] + motion.potential[0] - motion.kinetic.back() - motion.potential.back();
   EXPECT_GT(lost, 0.1);
   EXPECT_NEAR(motion.certificate.work_efforts, -lost, 1e-7 * energy);
 }
 
-// m e'' + kd e' + kp e = -m target'', started on its steady answer.
+// m e'' + kd e' + kp e = -m target'', started on its steady solution.
 TEST(PdController, FollowsASineAsInClosedForm) {
   const double m = 2, kp = 50, kd = 3, amplitude = 0.4, w = 6;
   const std::complex<double> off = m * amplitude * w * w / std::complex<double>(kp - m * w * w, kd * w);
@@ -126,7 +125,7 @@ TEST(PdController, BringsABallToItsTarget) {
   EXPECT_TRUE(motion.certificate.trusted) << motion.certificate.reason;
   const Quaternion end = last(motion.q).head<4>();
   EXPECT_LT((logarithm(end) - target).norm(),
-            1e-6);  // exp(-10 s kp / kd) is 2e-22: what is left is the steps'
+            1e-6);  // exp(-10 s kp / kd) is 2e-22, so only the steps' error remains
 }
 
 TEST(Drag, SlowsTranslationAsInClosedForm) {
@@ -159,9 +158,9 @@ TEST(Drag, SlowsRotation) {
   EXPECT_TRUE(motion.certificate.trusted);
 }
 
-// ---- a user's own ----
+// ---- user-defined efforts ----
 
-/// Of site 0 to site 1, strength / distance^2: a potential in C++.
+/// Attraction of site 0 to site 1 by strength / distance^2: a conservative effort in C++.
 struct Attraction {
   double strength;
   template <class T>
@@ -200,7 +199,7 @@ TEST(OwnEffort, GivesKeplerOrbits) {
   const Eigen::VectorXd q = last(motion.q);
   EXPECT_NEAR(q[2] - q[0], 1, 1e-7);
   EXPECT_NEAR(q[3] - q[1], 0, 1e-7);
-  EXPECT_TRUE(motion.certificate.conserved.empty());  // the engine does not know what it does
+  EXPECT_TRUE(motion.certificate.conserved.empty());  // the engine does not know its effect
 }
 
 TEST(OwnEffort, CannotBeWrittenAndNeedsALaw) {

@@ -1,5 +1,5 @@
-// The pairs' numbers against the order conditions of all rooted trees; orders, error control and dense output
-// on problems with closed solutions.
+// The coefficients of embedded pairs against the order conditions of all rooted trees; orders, error control
+// and dense output on problems with closed solutions.
 #include "dynamics/methods/embedded_runge_kutta.hpp"
 
 #include <fmt/format.h>
@@ -17,7 +17,7 @@ TEST(RootedTrees, CountsMatchTheLiterature) {  // Hairer, Norsett, Wanner, table
   EXPECT_EQ(rooted_trees(8).size(), 200u);
 }
 
-/// The coupling of all stages: those of the step, the step's end, those of the dense output.
+/// The coupling matrix of all stages: of the step, of its end and of the dense output.
 Eigen::MatrixXd coupling_of(const EmbeddedTableau& tableau) {
   const int all = tableau.all_stages(), stages = tableau.step.stages;
   Eigen::MatrixXd A = Eigen::MatrixXd::Zero(all, all);
@@ -57,7 +57,7 @@ struct Pair {
   const char* name;
   const EmbeddedTableau& tableau;
   int error_order, coarse_order;  // of the embedded results
-  double rounding;                // of sums of these numbers: their size times 1e-16
+  double rounding;                // rounding of sums of the coefficients: their size times 1e-16
 };
 const Pair pairs[] = {{"dopri5", dormand_prince_5(), 4, 0, 1e-14},
                       {"dop853", dormand_prince_853(), 5, 3, 1e-13}};
@@ -123,7 +123,7 @@ TEST(EmbeddedRungeKutta, DenseOutputHasItsOrder) {
       EXPECT_LT((between - y).norm(), 1e-15);
       return worst;
     };
-    // steps at which the next order's share is small
+    // steps at which the next order's term is small
     const double h = pair.tableau.dense_order < 5 ? 0.1 : 0.6;
     EXPECT_NEAR(std::log2(error(h) / error(h / 2)), pair.tableau.dense_order + 1, 0.3) << pair.name;
   }
@@ -143,7 +143,7 @@ TEST(EmbeddedRungeKutta, ErrorEstimateControlsTheStep) {
       attempt = method.attempt(flow, 0, h = attempt.next_step, y, dy, out);
     ASSERT_TRUE(attempt.accepted) << pair.name;
     EXPECT_LT((out - integrate(flow, fine, y, h, 40)).norm(), 1e-9) << pair.name;
-    EXPECT_LE(attempt.next_step, h) << pair.name;  // not more right after a rejection
+    EXPECT_LE(attempt.next_step, h) << pair.name;  // no growth right after a rejection
   }
 }
 

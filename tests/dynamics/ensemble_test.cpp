@@ -1,4 +1,4 @@
-// Many motions at once against each by itself.
+// An ensemble equals its members run one by one.
 #include "dynamics/run/ensemble.hpp"
 
 #include <algorithm>
@@ -51,11 +51,11 @@ TEST_P(EnsembleInRegisters, FixedStepsEqualSingleRuns) {
       EXPECT_FALSE(endings[i].alone) << method;
       EXPECT_EQ(endings[i].steps, 100);
       EXPECT_EQ(endings[i].state.t, 0.5);
-      // rounding, 1e-15 a step, times what half a second of swinging makes of it
+      // rounding, 1e-15 a step, amplified by half a second of motion
       const Ending alone = single(system, starts[i].start, how);
       EXPECT_LT(distance(endings[i].state, alone.state), 1e-10) << method;
       EXPECT_EQ(endings[i].trusted, alone.trusted) << method << endings[i].reason;
-      // of the fourth order 5 ms are short enough, of the first too long
+      // 5 ms suffice at fourth order, not at first
       if (method != std::string("verlet")) {
         EXPECT_EQ(endings[i].trusted, method == std::string("rk4"));
       }
@@ -109,7 +109,7 @@ TEST(Ensemble, ReportsProgressAndStopsOnRequest) {
     EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
     EXPECT_EQ(told.front(), 0u);
     EXPECT_EQ(told.back(), 40u);
-    EXPECT_GT(told.size(), 5u * 20);  // every step, and not each batch only
+    EXPECT_GT(told.size(), 5u * 20);  // progress at every step, not only per batch
     for (std::size_t i = 0; i < starts.size(); ++i) EXPECT_EQ(watched[i].state.q, whole[i].state.q);
     for (const std::size_t enough : {0, 8, 24}) {
       int after = 0;
@@ -117,7 +117,7 @@ TEST(Ensemble, ReportsProgressAndStopsOnRequest) {
         if (made >= enough) ++after;
         return made < enough;
       }));
-      EXPECT_EQ(after, 1);  // and nothing is asked any more
+      EXPECT_EQ(after, 1);  // progress is not called again
       std::vector<Member> left;
       std::vector<std::size_t> places;
       for (std::size_t i = 0; i < starts.size(); ++i) {
@@ -132,10 +132,10 @@ TEST(Ensemble, ReportsProgressAndStopsOnRequest) {
         places.push_back(i);
       }
       EXPECT_LE(left.size(), 40 - enough);
-      EXPECT_GE(left.size() + 8 * (threads == 1 ? 0 : threads), 40 - enough);  // (others may just end)
+      EXPECT_GE(left.size() + 8 * (threads == 1 ? 0 : threads), 40 - enough);  // others may just have ended
       const auto rest = need(simulate_ensemble(system, left, how, threads));
       for (std::size_t k = 0; k < rest.size(); ++k)
-        EXPECT_LT(distance(rest[k].state, whole[places[k]].state), 1e-6);  // (other neighbours, other steps)
+        EXPECT_LT(distance(rest[k].state, whole[places[k]].state), 1e-6);  // by other steps
     }
   }
 }
@@ -175,14 +175,14 @@ TEST(Ensemble, MembersUseTheirOwnEfforts) {
       const State& start = starts[i].start;
       EXPECT_NEAR(endings[i].state.q[0], start.q[0] + 2 * start.v[0] + 2 * effort[0] / about_axis, 1e-12);
       EXPECT_NEAR(endings[i].state.q[1], start.q[1] + 2 * start.v[1] + 2 * effort[1] / mass, 1e-12);
-      EXPECT_TRUE(endings[i].trusted) << endings[i].reason;  // their work is in the books
+      EXPECT_TRUE(endings[i].trusted) << endings[i].reason;  // their work is in the balance
       EXPECT_LT(endings[i].energy_drift, 1e-13);
       EXPECT_FALSE(endings[i].alone);
     }
   }
 }
 
-/// A constant effort on a coordinate, or on a ball in its own axes.
+/// A constant effort on a coordinate, or on a ball in its body axes.
 struct Push {
   Vector3d effort;
   bool ball;
@@ -197,7 +197,7 @@ struct Push {
   }
 };
 
-/// The scene with these efforts as laws of the user's own, which no batch computes.
+/// The scene with these efforts as user-defined laws, which batches do not support.
 Scene with_efforts(Scene scene, const System& system, const VectorXd& efforts) {
   for (const CoordinateInfo& info : system.coordinates) {
     Vector3d effort = Vector3d::Zero();
@@ -255,7 +255,7 @@ TEST(Ensemble, MemberThatHitsAStopRunsAlone) {
   }
 }
 
-// A member that simulate() calls diverged leaves its batch, and its neighbours go on as without it.
+// A member that diverges leaves its batch without affecting the others.
 TEST(Ensemble, DivergingMemberDoesNotAffectOthers) {
   const System system = compiled(chain(2, false, 1));
   for (const char* method : {"rk4", "dop853", "gauss16", "verlet"})
@@ -276,7 +276,7 @@ TEST(Ensemble, DivergingMemberDoesNotAffectOthers) {
     }
 }
 
-// A dashpot stops one light sledge of eight within a step, which verlet has no half step for.
+// A dashpot stops one light sledge of eight within a step, so verlet's half step does not converge there.
 TEST(Ensemble, UnconvergedStepAffectsOnlyItsLane) {
   Scene scene;
   scene.gravity.setZero();
@@ -299,7 +299,7 @@ TEST(Ensemble, UnconvergedStepAffectsOnlyItsLane) {
       << endings[3].reason;
 }
 
-// Nothing is free: the work of the drives alone sets the steps, as it does in simulate().
+// All coordinates are driven: the drives' work alone controls the steps, as in simulate().
 TEST(Ensemble, ControlsTheWorkOfDrivesAsSingleRunsDo) {
   Scene scene = chain(2, false, 0.3);
   for (Solid& one : scene.solids) one.switches.back() = driven(one.switches.back(), Sine{0.5, 20, 0, 0.1});
@@ -333,7 +333,7 @@ TEST(Ensemble, DistrustsFixedStepsLongerThanTheScenesWaves) {
   EXPECT_NE(endings[0].reason.find("effort 'push'"), std::string::npos) << endings[0].reason;
 }
 
-// Of eight wheels those that are fast enough to pass the half turn of their spring are made alone.
+// Wheels fast enough to pass the half turn of their spring run alone.
 TEST(Ensemble, MembersWhoseTorsionSpringsTurnRoundRunAlone) {
   const System system = compiled(wheel(2, 0));  // 1/2 0.8 w^2 = 1/2 2 pi^2
   const double enough = std::numbers::pi * std::sqrt(2 / 0.8);
@@ -349,7 +349,7 @@ TEST(Ensemble, MembersWhoseTorsionSpringsTurnRoundRunAlone) {
   }
 }
 
-// One of eight starts where two axes of its joint lie along each other: no acceleration can be told there.
+// One of eight starts where two axes of its joint coincide, so its acceleration is undefined.
 TEST(Ensemble, MemberThatCannotStartDoesNotAffectOthers) {
   const System system = compiled(aligning_turns());
   std::vector<Member> starts(8, Member{system.initial, {}});
@@ -381,7 +381,7 @@ TEST(Ensemble, RefusesUnsupportedRequests) {
     starts[0].efforts = wrong;
     EXPECT_EQ(simulate_ensemble(system, starts, settings("rk4", 2, 0.01)).error().where, "member 0");
   }
-  // bodies that cannot exist: the first member that has one is told, whoever comes upon it first
+  // impossible bodies: the error names the first member with one, whichever thread finds one first
   starts.assign(40, Member{system.initial, system.parameters.inertials});
   const auto refused = [&](std::size_t member, auto&& change) {
     auto wrong = starts;

@@ -8,7 +8,7 @@
 namespace borelli::test {
 namespace {
 
-/// A driven, sprung, constrained tree: everything at once.
+/// A tree with drives, springs and constraints.
 Scene everything() {
   Scene scene = random_tree(6, {.balls = true, .drives = true});
   scene.efforts = {{"spring", PointSpring{{"s3", {0.1, 0, 0}}, {"world", {1, 0, 0}}, 20, 1, 0.1}},
@@ -27,7 +27,7 @@ TEST(Equations, EvaluationsDoNotAllocate) {
 #else
   Scene scene = everything();
   for (const bool dependent : {false, true}) {
-    if (dependent) {  // a dependent row takes the other way through the solver, which makes its room once
+    if (dependent) {  // a dependent row uses the solver's other path, which allocates once
       scene.constraints.push_back(scene.constraints[0]);
       scene.constraints.back().name = "again";
     }
@@ -65,7 +65,7 @@ TEST(Equations, PowerEqualsTheRateOfEnergy) {
       return w.terms.kinetic + w.terms.potential;
     };
     const double h = 1e-5, rate = (energy(h) - energy(-h)) / (2 * h);
-    // differences: h^2 times the third derivative, rounding of some 100 J over h
+    // differences: h^2 times the third derivative, rounding of about 100 J over h
     EXPECT_NEAR(power.total(), rate, 1e-6 * (1 + std::abs(rate))) << seed;
     EXPECT_NE(power.drives, 0);
     EXPECT_NE(power.constraints, 0);

@@ -1,4 +1,4 @@
-// evaluate(): that its arrays satisfy A a + B = Q + L^T lambda, and what it refuses.
+// evaluate(): its arrays satisfy A a + B = Q + L^T lambda; its refusals.
 #include "dynamics/equations/evaluate.hpp"
 
 #include "scenes.hpp"

@@ -1,5 +1,5 @@
-// Events located on whole runs, against closed forms: a bouncing point, ranges left and entered, excursions
-// within one step, several at once; and the root finder they stand on.
+// Events located in whole runs, against closed forms: a bouncing point, ranges left and entered, excursions
+// within one step, several at once. Also the root finder.
 #include "dynamics/run/event_watch.hpp"
 
 #include <cmath>
@@ -36,7 +36,7 @@ TEST(RootFinding, SaysWhenTheFunctionHasNoValue) {
   EXPECT_FALSE(find_root([](double, double&) { return false; }, 0, 1, 1, -1, 1e-12, out));
 }
 
-/// Points that fall on a floor at z = 0 and are thrown back with a part of their speed.
+/// Points that fall on a floor at z = 0 and rebound with a share of their speed.
 class Floor : public EventSource {
  public:
   Floor(int points, double restitution) : points_(points), restitution_(restitution) {}
@@ -47,7 +47,7 @@ class Floor : public EventSource {
   }
   Result<AfterEvent> handle(std::span<const int> which, State& state, Workspace& workspace,
                             std::vector<LoggedEvent>& log) override {
-    EXPECT_EQ(workspace.kinematics.t, state.t);  // the equations are there
+    EXPECT_EQ(workspace.kinematics.t, state.t);  // the kinematics belong to this state
     for (int i : which) {
       state.v[i] *= -restitution_;
       log.push_back({state.t, "bounce", fmt::format("point {}", i)});
@@ -91,10 +91,10 @@ TEST(Events, BouncingPointHitsTheFloorAtTheClosedFormTimes) {
       t += flight;
       flight *= e;
     }
-    // the flight after the fourth
+    // time into the flight after the fourth impact
     const double since = 2.7 - (t - flight / e), speed = g * flight / e / 2;
     EXPECT_NEAR(last(path.q)[0], speed * since - g * since * since / 2, 1e-11) << method;
-    // each impact takes 1 - e^2 of the energy, and the books say so
+    // each impact takes 1 - e^2 of the energy, as the balance records
     EXPECT_NEAR(path.certificate.work_events, -g * h * (1 - std::pow(e, 8)), 1e-11) << method;
     EXPECT_TRUE(path.certificate.trusted) << method << ": " << path.certificate.reason;
     EXPECT_LT(path.certificate.energy_drift, 1e-11) << method;
@@ -109,7 +109,7 @@ TEST(Events, DoNotShiftOutputRows) {
   ASSERT_EQ(path.times.size(), 101u);
   const double g = 9.81, down = std::sqrt(2 * 0.5 / g);
   for (std::size_t i = 0; i < path.times.size(); ++i) {
-    const double since = std::remainder(path.times[i], 2 * down);  // from the top
+    const double since = std::remainder(path.times[i], 2 * down);  // time from the top
     EXPECT_NEAR(path.q(Eigen::Index(i), 0), 0.5 - g * since * since / 2, 1e-11);
   }
 }
@@ -123,7 +123,7 @@ TEST(Events, SimultaneousOnesComeTogetherOthersInOrder) {
   EXPECT_DOUBLE_EQ(path.certificate.events[1].time, path.certificate.events[2].time);
 }
 
-/// A pendulum's angle, watched against a limit that it passes by a hair and comes back within one long step.
+/// An oscillator passes a limit slightly and comes back within one long step.
 TEST(Events, FindsAnExcursionWithinOneStep) {
   Scene scene;
   scene.gravity.setZero();
@@ -135,7 +135,7 @@ TEST(Events, FindsAnExcursionWithinOneStep) {
     const Trajectory path = run(scene, settings(method, 3, method == std::string("rk4") ? 0.02 : 0.5, 1e-10));
     const auto& events = path.certificate.events;
     ASSERT_EQ(events.size(), 2u) << method;
-    // where x = 1 - 1e-5 its rate is 4.5e-3: an error of x counts two hundredfold in time
+    // at x = 1 - 1e-5 its rate is 4.5e-3, so an error of x counts 200 times in time
     EXPECT_NEAR(events[0].time, std::asin(0.99999), 1e-6) << method;
     EXPECT_NEAR(events[1].time, M_PI - std::asin(0.99999), 1e-6) << method;
     EXPECT_EQ(events[0].kind, "range_left");
@@ -179,7 +179,7 @@ TEST(Events, EndlessOnesAtOneTimeAreRefused) {
   struct Stuck : Floor {
     Stuck() : Floor(1, 0) {}
     void evaluate(const State& state, const Kinematics&, std::span<EventValue> values) override {
-      values[0] = {state.q[0] > 0 ? 1.0 : -1.0, 1};  // its rate says that it leaves, and it does not
+      values[0] = {state.q[0] > 0 ? 1.0 : -1.0, 1};  // its rate says that it leaves, but it stays
     }
   } stuck;
   const System system = compiled(falling({1}));
@@ -193,8 +193,8 @@ TEST(Events, EndlessOnesAtOneTimeAreRefused) {
       << out.error().what;
 }
 
-// Functions that wave a hundred thousand times within a step and never come through zero: one of them is
-// looked at as finely as looks go, of sixteen the step says that they cannot be told.
+// Functions with a hundred thousand waves per step that never reach zero. One is checked at the finest
+// resolution; sixteen exceed the number of checks and are refused.
 TEST(Events, TooManyChecksInAStepAreRefused) {
   struct Waves : Floor {
     explicit Waves(int count) : Floor(count, 1) {}

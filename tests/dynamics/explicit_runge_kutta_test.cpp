@@ -22,7 +22,7 @@ double error_at_end(const Tableau& tableau, int steps) {
 void expect_order(const Tableau& tableau) {
   ASSERT_EQ(ExplicitRungeKutta(tableau).order(), tableau.order);
   const double coarse = error_at_end(tableau, 40), fine = error_at_end(tableau, 80);
-  // the next order's share at these steps, some 5 %, shows as 0.1
+  // the next order's term at these steps, about 5 %, changes the order by 0.1
   EXPECT_NEAR(std::log2(coarse / fine), tableau.order, 0.15);
 }
 

@@ -1,4 +1,4 @@
-// Extrapolation: each row's order, the tolerance met, order and step chosen with it.
+// Extrapolation: each row's order, the tolerance, and the choice of order and step.
 #include "dynamics/methods/extrapolation.hpp"
 
 #include <cmath>
@@ -9,7 +9,7 @@ namespace borelli::test {
 namespace {
 
 TEST(Extrapolation, EachRowAddsTwoOrders) {
-  // a tolerance that any error meets is met by the row before the one aimed at, 2, of order 4
+  // a tolerance that any error meets is met by the row before the target row: row 2, of order 4
   FunctionFlow flow = bernoulli();
   const auto error = [&](int steps) {
     Extrapolation method(1e9);
@@ -34,14 +34,13 @@ TEST(Extrapolation, NeedsFewEvaluationsAtTightTolerances) {
     const int steps = advance(flow, method, y, 10);
     // one tolerance per step at most, which grows as y^2: ninefold from y = 1/3 to y = 1
     EXPECT_LT(std::abs(y[0] - 1 / (2 + std::sin(10.0))), 9 * steps * tolerance) << tolerance;
-    // a step's look at its end is the slope that the next begins with; classical Runge-Kutta takes 4e5 to
-    // come to 1e-12
+    // a step's last slope is the first of the next; classical Runge-Kutta needs 4e5 slopes for 1e-12
     EXPECT_LT(flow.evaluations - steps, 900) << tolerance;
   }
 }
 
 TEST(Extrapolation, FixedOrderMeetsItsToleranceAtItsCost) {
-  // steps go as the tolerance to the power 1 / (order - 1), that of the estimate; ten to the third of it less
+  // the number of steps scales as the tolerance to the power -1 / (order - 1)
   for (int rows = 2; rows <= 4; ++rows) {
     const auto steps_to = [&](double tolerance) {
       FunctionFlow flow = bernoulli();
@@ -79,9 +78,9 @@ TEST(Extrapolation, ParallelRowsEqualSequentialRows) {
       return made;
     };
     const Attempt lanes = attempt(true, at_once), single = attempt(false, one_by_one);
-    // rounding, which the last rows' weights multiply by some hundreds
+    // rounding, which the last rows' weights multiply by hundreds
     EXPECT_LT((at_once - one_by_one).norm(), 1e-13) << rows;
-    // (it follows from the last rows' difference, of which rounding is a larger part)
+    // it follows from the last rows' difference, with larger relative rounding
     EXPECT_NEAR(lanes.next_step, single.next_step, 1e-6 * single.next_step) << rows;
     EXPECT_EQ(lanes.worst, single.worst) << rows;
   }

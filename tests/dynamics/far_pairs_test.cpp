@@ -1,4 +1,4 @@
-// What is said to be far is, and for as long as it is said to be: beside scans of all gaps.
+// Pairs marked as far stay apart for the promised time, as scans of all gaps show.
 #include "dynamics/contacts/far_pairs.hpp"
 
 #include "scenes.hpp"
@@ -6,8 +6,7 @@
 namespace borelli::test {
 namespace {
 
-// Free solids with spheres and capsules on them, off their middles, in contact with each other and a fixed
-// one.
+// Free solids with off-centre spheres and capsules that may touch each other and a fixed one.
 Scene loose_things(Random& random) {
   Scene scene;
   scene.gravity.setZero();
@@ -70,7 +69,7 @@ TEST(FarPairs, DistantPairsStayApartForThePromisedTime) {
       ++far;
       EXPECT_LE(some.h[row], all.h[row] + 1e-12);
       EXPECT_GT(some.h[row], distance);
-      // no two points of theirs are nearer, or meet faster
+      // the true gap keeps the distance at the speed bound
       EXPECT_GE(all.h[row], distance + time * all.speed[row] - 1e-12);
       EXPECT_EQ(some.rate[row], 0);
     }

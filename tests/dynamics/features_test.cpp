@@ -1,5 +1,5 @@
-// What is so narrow that a step may pass it between two looks: the kink of a stiff stop, a bump of a cam or
-// of a wire. Against closed forms and quadrature.
+// Features so narrow that a step may jump over them: the kink of a stiff stop, a bump of a cam or of a wire.
+// Against closed forms and quadrature.
 #include <cmath>
 
 #include "scenes.hpp"
@@ -36,7 +36,7 @@ TEST(Features, GrazedStopActs) {
       SCOPED_TRACE(fmt::format("{} m, {}", room, how.accuracy > 0 ? "by accuracy" : how.method));
       const Trajectory path = run(scene, how);
       EXPECT_TRUE(path.certificate.trusted) << path.certificate.reason;
-      EXPECT_NEAR(last(path.q)[0], z, 1e-5);  // k magnifies an error in the speed of meeting by g / meet
+      EXPECT_NEAR(last(path.q)[0], z, 1e-5);  // an error of height changes the impact speed g / meet times
       ASSERT_EQ(path.certificate.events.size(), 2u);
       EXPECT_EQ(path.certificate.events[0].kind, "stop_reached");
       EXPECT_NEAR(path.certificate.events[0].time, t_in, 1e-6);
@@ -46,7 +46,7 @@ TEST(Features, GrazedStopActs) {
   }
 }
 
-/// Level ground with one place raised by `height` amid knots `apart`, at 5 m.
+/// Level ground with one knot at 5 m raised by `height`; knots are `apart`.
 Table bump(double apart, double height) {
   std::vector<double> at{-1000}, values{0};
   for (int i = -40; i <= 40; ++i) {
@@ -58,8 +58,8 @@ Table bump(double apart, double height) {
   return {at, values};
 }
 
-/// A slider of 1 kg at 1 m/s carries a follower of 1 kg over the bump; 9.8 J are in its way, and it has half
-/// a joule (1 J with the follower's).
+/// A slider of 1 kg at 1 m/s carries a follower of 1 kg towards the bump. The bump takes 9.8 J, while the
+/// slider has 0.5 J (1 J with the follower).
 Scene cam(const Table& table) {
   Scene scene;
   Switch follow = slide("z", Vector3d::UnitZ());
@@ -88,8 +88,7 @@ double returns_to(const Table& f, double end) {
     const TimeValue v = at(turn - s * s);
     return 2 * s * std::sqrt((2 + v.rate * v.rate) / (2 * (E - g * v.value)));
   };
-  // midpoints: none at the pole. Outwards from the turning point until all of the time is used: there and
-  // back again
+  // midpoint rule, which avoids the pole: outwards from the turning point until the time is used up
   const auto time_to = [&](double x) {
     const double reach = std::sqrt(turn - x);
     const int n = 400000;
@@ -145,8 +144,8 @@ TEST(Features, ManyKnotsOfASmoothTableDoNotShortenSteps) {
   EXPECT_LT(table.certificate.steps_accepted, 1.2 * sine.certificate.steps_accepted);
 }
 
-// Half a joule, and a wire raised by 5 cm under a weight of 100 N: 5 J. It turns back where it is 5 mm up;
-// before the ripples that the spline has about the place, the wire is level.
+// A bead with 0.5 J and a weight of 100 N meets a wire raised by 5 cm, which takes 5 J. It turns back 5 mm
+// up. The wire is level except for the spline's ripples near the bump.
 TEST(Features, WireTurnsBackASlowBead) {
   PointOnCurve wire;
   wire.point = {"bead", {0, 0, 0}};
@@ -164,7 +163,7 @@ TEST(Features, WireTurnsBackASlowBead) {
     const Trajectory path = run(scene, settings(method, 8, 1e-2, 1e-8));
     EXPECT_TRUE(path.certificate.trusted) << path.certificate.reason;
     EXPECT_LT(last(path.q)[0], 4);
-    EXPECT_NEAR(last(path.v)[0], -1, 1e-3);  // back on level ground with the speed that it came with
+    EXPECT_NEAR(last(path.v)[0], -1, 1e-3);  // back on level ground with its first speed
   }
 }
 

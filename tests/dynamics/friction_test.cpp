@@ -1,4 +1,4 @@
-// Friction where joints leave no freedom in some directions across, and on ground that moves.
+// Friction of bodies whose joints allow only some sliding directions, and friction on moving ground.
 #include <cmath>
 
 #include "scenes.hpp"
@@ -68,9 +68,9 @@ TEST(Friction, PlanarImpactsEqualSpatialOnes) {
     }
 }
 
-/// A point mass on a turntable that is spun up from rest by alpha, from r on x, by its own law: it is carried
-/// along until that takes more than mu g, then slides. By the classical Runge-Kutta method with steps that
-/// follow the slip.
+/// Final position of a point mass at radius r on a turntable that spins up from rest at alpha. It sticks
+/// until that needs more than mu g, then slides. Classical Runge-Kutta method with steps that follow the
+/// slip.
 Vector2d carried(double r, double alpha, double mu, double end) {
   double t = std::sqrt(std::sqrt(mu * mu * g * g / (r * r) - alpha * alpha)) / alpha;
   const double a = 0.5 * alpha * t * t, w = alpha * t;
@@ -80,7 +80,7 @@ Vector2d carried(double r, double alpha, double mu, double end) {
   const auto slip_of = [&](double at, const Motion& m) {
     return Vector2d(m[2] + alpha * at * m[1], m[3] - alpha * at * m[0]);
   };
-  // what the table's point would take, at its limit
+  // opposite to the acceleration of the table's point
   Vector2d direction(alpha * y[1] + w * w * y[0], w * w * y[1] - alpha * y[0]);
   direction.normalize();
   const auto rate = [&](double at, const Motion& m) {

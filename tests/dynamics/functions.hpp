@@ -33,7 +33,7 @@ class FunctionFlow : public Flow {
   double last_;
 };
 
-/// From 0 to `end` in equal steps.
+/// Integrates from 0 to `end` in equal steps.
 inline Eigen::VectorXd integrate(Flow& flow, Integrator& method, Eigen::VectorXd y, double end, int steps) {
   Eigen::VectorXd dy(y.size()), out(y.size());
   for (int i = 0; i < steps; ++i) {
@@ -50,7 +50,7 @@ inline FunctionFlow bernoulli() {  // y = 1 / (2 + sin t)
       1, [](double t, const Eigen::VectorXd& y, Eigen::VectorXd& dy) { dy[0] = -y[0] * y[0] * std::cos(t); }};
 }
 
-/// From 0 to `end` in steps of the method's own choice, from .1 on; how many it took.
+/// Integrates from 0 to `end` in the method's own steps, starting with 0.1. Returns the number of steps.
 inline int advance(FunctionFlow& flow, Integrator& method, Eigen::VectorXd& y, double end) {
   Eigen::VectorXd dy(y.size()), out(y.size());
   double t = 0, h = 0.1;
@@ -65,8 +65,8 @@ inline int advance(FunctionFlow& flow, Integrator& method, Eigen::VectorXd& y, d
   return steps;
 }
 
-/// Two bodies on springs that harden, whose slopes can be had side by side; where the first is beyond 3 there
-/// are none.
+/// Two bodies on hardening springs, whose slopes can be computed in lanes. Undefined when the first is beyond
+/// 3.
 struct SpringsInLanes : FunctionFlow {
   SpringsInLanes() : FunctionFlow(4, function) {}
   static void function(double, const Eigen::VectorXd& y, Eigen::VectorXd& dy) {

@@ -16,8 +16,7 @@ namespace {
 using Eigen::Vector3d;
 
 // Hairer and Wanner, Solving ODEs II, VII.7; CWI/Bari test set, problem `andrews`: the angles at 0.03 s.
-// Published to 16 digits, of which a computation in long double with three gains of stabilisation bears out
-// nine.
+// Published to 16 digits; computations in long double with three stabilisation gains confirm nine.
 TEST(Gallery, AndrewsSqueezerEndsAtThePublishedAngles) {
   const std::pair<const char*, double> published[] = {
       {"beta", 15.81077119629904},   {"theta", -15.75637105984298}, {"gamma", 0.04082224013073101},
@@ -29,7 +28,7 @@ TEST(Gallery, AndrewsSqueezerEndsAtThePublishedAngles) {
     const auto at = std::find_if(t.coordinates.begin(), t.coordinates.end(),
                                  [&, name = name](const CoordinateInfo& c) { return c.name == name; });
     ASSERT_NE(at, t.coordinates.end()) << name;
-    // the doubt about the published figures, 2e-9, and a tolerance of 1e-10 a step over some 100 steps
+    // uncertainty of the published values, 2e-9, plus 1e-10 a step over about 100 steps
     EXPECT_NEAR(t.q(t.q.rows() - 1, at->q_index), angle, 1e-8) << name;
   }
   for (const auto& row : t.certificate.residuals) {
@@ -40,8 +39,8 @@ TEST(Gallery, AndrewsSqueezerEndsAtThePublishedAngles) {
 }
 
 TEST(Gallery, StepsWithLargeProjectionsAreRepeated) {
-  // at a coarse tolerance the mechanism's whirl makes steps whose estimate says less than how far they leave
-  // the constraints; at a fine one estimates hold
+  // at a coarse tolerance the fast mechanism makes steps whose error estimate is less than the drift off the
+  // constraints; at a fine one the estimate holds
   const auto tried_again = [](double tolerance) {
     Scene scene = sample("andrews.toml");
     scene.simulation.method = "dopri5";
@@ -86,7 +85,7 @@ double mathieu(double g_over_l, double a_over_l, double w, double start, double 
 }
 
 TEST(Gallery, KapitzasPendulumStaysUprightOnlyAboveItsLimit) {
-  const double g = 9.81, a = 0.02, limit = std::sqrt(2 * g) / a;  // of w, for l = 1: a^2 w^2 = 2 g l
+  const double g = 9.81, a = 0.02, limit = std::sqrt(2 * g) / a;  // limit of w for l = 1: a^2 w^2 = 2 g l
   const auto shaken = [&](double rate, double start, double end) {
     Scene scene = sample("kapitza.toml");
     std::vector<Switch>& joint = scene.solids[0].switches;
@@ -96,18 +95,18 @@ TEST(Gallery, KapitzasPendulumStaysUprightOnlyAboveItsLimit) {
     scene.simulation.tolerance = 1e-11;
     return run(scene);
   };
-  // small enough that sin(theta) is theta to 1e-10 of it: then Mathieu's equation is the pendulum's
+  // so small that sin(theta) = theta to a relative 1e-10: then Mathieu's equation holds
   for (const double share : {0.5, 2.}) {
     const double rate = limit * std::sqrt(share), start = 1e-5;
     const Trajectory t = shaken(rate, start, 1.5);
     EXPECT_NEAR(t.q(t.q.rows() - 1, 0), mathieu(g, a, rate, start, 1.5), 1e-6 * start) << share;
   }
-  // twice the limit: stays within its start's angle for ten swings; and swings at w_slow^2 = a^2 w^2 / 2 l^2
-  // - g / l, there g / l, to order a / l (Kapitza 1951)
+  // w^2 at twice its limit: the angle stays within the start's for ten swings; the slow frequency is
+  // w_slow^2 = a^2 w^2 / (2 l^2) - g / l = g / l, to order a / l (Kapitza 1951)
   const Trajectory kept = shaken(limit * std::sqrt(2), 0.02, 20);
   EXPECT_LT(kept.q.col(0).cwiseAbs().maxCoeff(), 0.02 * 1.05);
   EXPECT_GT(kept.q.col(0).cwiseAbs().maxCoeff(), 0.02 * 0.999);
-  // half of it: falls, at a rate of sqrt(g / 2 l)
+  // w^2 at half its limit: it falls at the rate sqrt(g / (2 l))
   const Trajectory fallen = shaken(limit * std::sqrt(.5), 0.02, 4);
   EXPECT_GT(fallen.q.col(0).cwiseAbs().maxCoeff(), 1.5);
 }
@@ -127,7 +126,7 @@ TEST(Gallery, TopSleepsOnlyAboveItsLimit) {
     const std::complex<double> i(0, 1),
         root = std::sqrt(std::complex<double>(mgl / I1 - std::pow(I3 * w / (2 * I1), 2)));
     const std::complex<double> r1 = i * (I3 * w / (2 * I1)) + root, r2 = i * (I3 * w / (2 * I1)) - root;
-    // pushed about x the axis begins to move to -y: xi' = -i push
+    // pushed about x, the axis first moves to -y: xi' = -i push
     const auto tilt = [&](double at) {
       return -i * push / (r1 - r2) * (std::exp(r1 * at) - std::exp(r2 * at));
     };
@@ -136,7 +135,7 @@ TEST(Gallery, TopSleepsOnlyAboveItsLimit) {
       const Vector3d axis = t.pose(row, 0).R.col(2);
       const std::complex<double> expected = tilt(t.times[row]);
       largest = std::max(largest, std::abs(expected));
-      // 1e-11 a step in quaternion and velocity, and growth by exp(5.2) in the second where it wakes
+      // 1e-11 a step in quaternion and velocity; an unstable top's errors grow by exp(5.2) in a second
       EXPECT_LT(std::abs(std::complex<double>(axis.x(), axis.y()) - expected), 1e-9 * (share < 1 ? 10 : 1))
           << t.times[row];
     }

@@ -1,5 +1,5 @@
-// What generalized-alpha promises beside its order (method_orders_test.cpp): the damping of stiff modes that
-// its spectral radius says, positions on the constraints within the step, and a heavy top's way.
+// Generalized-alpha beyond its order (method_orders_test.cpp): damping of stiff modes by its spectral radius,
+// positions on the constraints within the step, and a heavy top's motion.
 #include "dynamics/methods/generalized_alpha.hpp"
 
 #include <Eigen/Eigenvalues>
@@ -21,7 +21,7 @@ Scene oscillator(double w) {
 }
 
 /// The largest eigenvalue, by size, of (x, h v, h^2 a) from step to step for x'' = -w^2 x (Chung and Hulbert
-/// 1993, equations 10 to 16; there with the signs of am and af as here).
+/// 1993, equations 10 to 16; with the same signs of am and af).
 double spectral_radius(double r, double hw) {
   const double am = (2 * r - 1) / (r + 1), af = r / (r + 1), gamma = 0.5 - am + af,
                beta = std::pow(gamma + 0.5, 2) / 4, k = hw * hw;
@@ -42,9 +42,9 @@ TEST(GeneralizedAlpha, DampsModesByItsSpectralRadius) {
       SimulationSettings how = settings("generalized_alpha", 2, h);
       how.spectral_radius = r;
       how.output_interval = 0;
-      how.energy_threshold = 1e9;  // it is meant to lose energy
+      how.energy_threshold = 1e9;  // it loses energy by design
       const Trajectory path = run(oscillator(hw / h), how);
-      // amplitude over the second half of 200 steps, by the norm of (x, v / w): it turns and shrinks
+      // amplitude as the norm of (x, v / w), which rotates and shrinks
       const auto amplitude = [&](Eigen::Index i) {
         double most = 0;
         for (Eigen::Index k = i; k < i + 40; ++k)
@@ -56,7 +56,7 @@ TEST(GeneralizedAlpha, DampsModesByItsSpectralRadius) {
         EXPECT_LT(amplitude(150), 1e-9) << r << ", " << hw;
         continue;
       }
-      // the largest of forty steps is where its turn brings it: to some parts in a hundred, once in 120 steps
+      // the largest of forty steps depends on the phase, by a few per cent in 120 steps
       EXPECT_NEAR(std::pow(amplitude(160) / amplitude(40), 1. / 120), radius, 5e-3) << r << ", " << hw;
     }
   }
@@ -78,7 +78,7 @@ TEST(GeneralizedAlpha, IsOfSecondOrderOnAHeavyTop) {
 }
 
 TEST(GeneralizedAlpha, MeetsConstraintsWithinTheStep) {
-  // a pendulum of two slides and a rod, in long steps: what projection is left to do is the velocities' part
+  // a pendulum of two slides and a rod in long steps: projection corrects velocities only
   Scene point;
   point.solids = {solid("point", "world",
                         {slide("x", Vector3d::UnitX(), -1), slide("z", Vector3d::UnitZ(), 0)},
@@ -104,7 +104,7 @@ TEST(GeneralizedAlpha, HandlesStiffnessAndRedundantRows) {
     scene.constraints.push_back({name, Distance{{"point", {0, 0, 0}}, {"world", {0, 0, 0}}, constant(1)}});
   const double end = 10, angle = 2 * std::atan(std::exp(-9.81 * end / 1e6));
   const Trajectory crept = run(scene, settings("generalized_alpha", end, 0.01));
-  // it starts at the speed at which it creeps, 1e-5 rad/s, but for (m / c)^2 g; steps of 1e-7 rad
+  // it starts at the creeping speed, 1e-5 rad/s, up to (m / c)^2 g
   EXPECT_LT((last(crept.q) - Eigen::Vector2d(-std::sin(angle), -std::cos(angle))).norm(), 1e-10);
 }
 

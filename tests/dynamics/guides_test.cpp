@@ -1,4 +1,4 @@
-// Points on lines and curves, angles, coupled coordinates: motions against closed forms, and what is refused.
+// Points on lines and curves, angles, coupled coordinates: motions against closed forms, and refusals.
 #include "dynamics/constraints/assembly.hpp"
 #include "dynamics/equations/evaluate.hpp"
 #include "dynamics/formats/scene_file.hpp"
@@ -31,7 +31,7 @@ TEST(Guides, BeadSlidesDownAStraightWire) {
     const double s = 0.5 * 1.5 + g * (2.0 / 3) * 1.5 * 1.5 / 2;
     EXPECT_GT(s, 3);
     EXPECT_LT((last(t.q) - (start + s * along)).norm(), 1e-12);
-    // what holds it: its weight across the wire
+    // the wire's force: the weight's component across the wire
     EXPECT_NEAR(t.multipliers.row(0).norm(), g * std::sqrt(5.0) / 3, 1e-12);
     EXPECT_TRUE(t.certificate.redundant.empty());
   }
@@ -54,7 +54,7 @@ TEST(Guides, BeadSlidesDownAHelix) {
     const double turn = g * climb / length * end * end / 2 / length;
     errors.push_back((last(t.q) - place(turn)).norm());
   }
-  // a spline's places and its length are off by the fourth power of its pieces
+  // a spline's positions and length converge with the fourth power of its pieces
   EXPECT_LT(errors[1], 1e-5);
   EXPECT_NEAR(order(errors[0], errors[1]), 4, 0.5) << errors[0] << " and " << errors[1];
 }
@@ -87,7 +87,7 @@ TEST(Guides, AngleConstraintGivesMotionOnACone) {
   const Trajectory t = run(scene, settings("rk4", 2, 0.01));
   EXPECT_TRUE(t.certificate.trusted) << t.certificate.reason;
   EXPECT_NEAR(last(t.q)[0], 2 * w, 1e-12);
-  // at that speed the rod needs no holding
+  // at that speed the constraint bears no load
   EXPECT_NEAR(t.multipliers(0, 0), 0, 1e-12);
 }
 
@@ -245,7 +245,7 @@ tensor = [1, 1, 1]
   EXPECT_EQ(scene.solids[1].switches[1].v, std::vector<double>{2});
   EXPECT_EQ(scene.solids[2].switches[3].q, (std::vector<double>{1, 0, 0, 0}));
   EXPECT_EQ(scene.solids[2].switches[3].v, (std::vector<double>{4, 5, 6}));
-  // written back as the switches that they stand for
+  // written back as full switches
   const Scene back = need(parse_scene(need(write_scene(scene)), "short.toml"));
   EXPECT_EQ(back.solids[0].switches.size(), 5u);
   EXPECT_EQ(need(write_scene(back)), need(write_scene(scene)));

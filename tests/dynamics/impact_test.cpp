@@ -9,7 +9,7 @@ namespace {
 using Eigen::VectorXd;
 
 /// n balls of 1 kg in a row, touching; the first comes with 1 m/s. A contact's velocity is that of the ball
-/// behind it less that before it.
+/// ahead minus that of the ball behind.
 Shock row_of(int n, double restitution) {
   Shock shock;
   const int count = n - 1;
@@ -40,7 +40,7 @@ TEST(Impact, SequentialLawPassesTheSpeedThroughTheCradle) {
   for (const auto law : {RestitutionLaw::newton, RestitutionLaw::poisson}) {
     const ShockResult result = resolve(row_of(5, 1), ImpactLaw::sequential, law, 1e-6);
     ASSERT_TRUE(result.settled);
-    EXPECT_LT((balls(result, 5) - VectorXd::Unit(5, 4)).norm(), 1e-14);  // a few sums
+    EXPECT_LT((balls(result, 5) - VectorXd::Unit(5, 4)).norm(), 1e-14);  // rounding of a few sums
     EXPECT_NEAR(result.lost.sum(), 0, 1e-14);
   }
 }
@@ -60,7 +60,7 @@ TEST(Impact, WithoutRestitutionTheRowMovesTogether) {
   for (const auto law : {ImpactLaw::sequential, ImpactLaw::simultaneous}) {
     const ShockResult result = resolve(row_of(5, 0), law, RestitutionLaw::newton, 1e-6);
     ASSERT_TRUE(result.settled);
-    // one after the other the speeds come together geometrically, to the 1e-13 at which they count as equal
+    // in sequence, the speeds converge geometrically until they differ by 1e-13
     EXPECT_LT((balls(result, 5) - VectorXd::Constant(5, 0.2)).norm(), 1e-11);
     EXPECT_NEAR(result.lost.sum(), 0.5 - 0.5 * 0.2, 1e-11);
   }
@@ -69,7 +69,7 @@ TEST(Impact, WithoutRestitutionTheRowMovesTogether) {
 /// A uniform rod of 1 kg and 1 m whose end strikes the ground at an angle, coming down at 1 m/s with a slip:
 /// the response of its end, 1/m (delta_ij + 12 / l^2 (r x e_i) (r x e_j)).
 Shock rod(double angle, double slip, double restitution, double friction) {
-  const double x = -0.5 * std::cos(angle), z = -0.5 * std::sin(angle);  // of the end, from the middle
+  const double x = -0.5 * std::cos(angle), z = -0.5 * std::sin(angle);  // the end, relative to the middle
   Shock shock;
   shock.surfaces = {{restitution, friction}};
   shock.pair = {0};
@@ -93,7 +93,7 @@ TEST(Impact, SlippingRodEndFollowsItsClosedForm) {
 }
 
 TEST(Impact, NoLawAddsEnergy) {
-  // Newton's law with friction gives energy to some of these; the work of the impulses tells
+  // Newton's law with friction would add energy in some of these, as the work of the impulses shows
   int scaled = 0;
   for (const auto law : {ImpactLaw::sequential, ImpactLaw::simultaneous})
     for (const auto restitution : {RestitutionLaw::newton, RestitutionLaw::poisson})

@@ -12,7 +12,7 @@
 namespace borelli::test::jacobian_test {
 namespace {
 
-// of central differences with step h: h^2 times third derivatives (some 100), and rounding / h
+// of central differences with step h: h^2 times third derivatives (about 100), and rounding / h
 constexpr double h = 1e-5, tolerance = 1e-7;
 
 State moved(const System& system, State state, const Eigen::VectorXd& x, double later = 0) {
@@ -65,7 +65,7 @@ TEST(Jacobian, OfTheMomentumGivesMomentumAndItsRate) {
     const Evaluation now = look(state);
     State still = state;
     still.v.setZero();
-    const Momenta drives = look(still).momenta;  // what drives give
+    const Momenta drives = look(still).momenta;  // momenta from the drives
     Eigen::Matrix<double, 6, 1> momentum;
     momentum << now.momenta.angular - drives.angular, now.momenta.linear - drives.linear;
     EXPECT_LT((now.centroidal.matrix * state.v - momentum).norm(), 1e-12 * (1 + momentum.norm()));
@@ -79,7 +79,8 @@ TEST(Jacobian, OfTheMomentumGivesMomentumAndItsRate) {
   });
 }
 
-// Euler's laws: weight alone changes the momentum of a free body, and not about its gravity centre.
+// Euler's laws: weight alone changes the linear momentum of a free body, but not its angular momentum about
+// the gravity centre.
 TEST(Jacobian, MomentumChangesOnlyByWeight) {
   Scene scene;
   Random random(9);

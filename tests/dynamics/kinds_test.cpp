@@ -1,4 +1,4 @@
-// The examples of docs/adding_a_kind.md, as they stand there: they compile, are short, and do what they say.
+// The examples of docs/adding_a_kind.md, taken from the page: they compile, are short, and work as described.
 #include <fstream>
 
 #include "dynamics/constraints/local_coordinates.hpp"
@@ -69,7 +69,7 @@ TEST(AddingAKind, EffortIsTheGradientOfItsPotential) {
     kind.apply(pass);
     return sums;
   };
-  // central differences: h^2 times third derivatives (some 100), and rounding / h
+  // central differences: h^2 times third derivatives (about 100), and rounding / h
   const double h = 1e-5, slope = (sums_at(h).potential - sums_at(-h).potential) / (2 * h);
   const EffortSums now = sums_at(0);
   double power = 0;
@@ -97,7 +97,7 @@ TEST(AddingAKind, ConstraintRowIsTheGradientOfItsHeight) {
     rows.rate = rows.L * kinematics.u;
     return rows;
   };
-  // central differences: h^2 times third derivatives (some 100), and rounding / h
+  // central differences: h^2 times third derivatives (about 100), and rounding / h
   const double h = 1e-5, tolerance = 2e-7;
   const ConstraintRows now = rows_at(Eigen::VectorXd::Zero(system.nv));
   for (int i = 0; i < system.nv; ++i) {

@@ -1,5 +1,5 @@
-// Rows of velocities (rolling without slip, a knife edge): what they hold against the velocities of the
-// solids' own points, by differences of poses; motions against closed forms; the samples.
+// Kinematic constraints (rolling without slip, a knife edge): rows against velocities of the solids' points
+// from differences of poses; motions against closed forms; the samples.
 #include "dynamics/constraints/assembly.hpp"
 #include "dynamics/constraints/local_coordinates.hpp"
 #include "dynamics/equations/equations.hpp"
@@ -10,7 +10,7 @@
 namespace borelli::test::kinematic_constraints_test {
 namespace {
 
-// ---- what the rows hold ----
+// ---- rows ----
 
 /// The poses of the solids of a system that moves with the velocities of a state, s later.
 class Mover {
@@ -31,7 +31,7 @@ class Mover {
         return w.kinematics.bodies[system.solid_bodies[i]].X * system.parameters.solid_places[i];
     return {};
   }
-  /// The velocity, over solid b, of the point of solid a that is at p now: by central differences.
+  /// Velocity relative to solid b of the point of solid a that is now at p, by central differences.
   Vector3d slip(const std::string& a, const std::string& b, const Vector3d& p) const {
     constexpr double h = 1e-5;
     const Workspace now = at(0), behind = at(-h), ahead = at(h);
@@ -51,10 +51,11 @@ Mover tree_with(const ConstraintKind& kind) {
   return Mover(scene);
 }
 
-// of central differences: h^2 times third derivatives (some 100), and rounding / h
+// of central differences: h^2 times third derivatives (about 100), and rounding / h
 constexpr double tolerance = 2e-7;
 
-/// The rows of a form that meets a plane of solid b at p: the slip's components along its normal and across.
+/// Expects the rows of a form that touches a plane of solid b at p: the slip's components along the normal
+/// and across it.
 void expect_slip(const Mover& mover, const std::string& a, const Plane& plane, const Vector3d& p, bool held) {
   const Workspace now = mover.at(0);
   const Vector3d slip = mover.slip(a, plane.on.solid, p);
@@ -109,7 +110,7 @@ TEST(KinematicConstraints, KnifeEdgeRowIsTheSidewaysVelocity) {
 void expect_held(const Trajectory& t) {
   EXPECT_TRUE(t.certificate.trusted) << t.certificate.reason;
   for (const ConstraintResidual& residual : t.certificate.residuals) {
-    EXPECT_LT(residual.position, 1e-12) << residual.constraint;  // put back after each step
+    EXPECT_LT(residual.position, 1e-12) << residual.constraint;  // projected after each step
     EXPECT_LT(residual.velocity, 1e-12) << residual.constraint;
   }
 }
@@ -133,7 +134,7 @@ TEST(KinematicConstraints, LeaningDiscRollsInACircle) {
       const double s = t.times[i];
       Eigen::VectorXd q(6);
       q << -d * std::sin(W * s), d * std::cos(W * s), r * std::sin(x), W * s, M_PI / 6, spin * s;
-      EXPECT_LT((t.q.row(i).transpose() - q).norm(), 1e-8);  // some 100 steps at 1e-10
+      EXPECT_LT((t.q.row(i).transpose() - q).norm(), 1e-8);  // about 100 steps at 1e-10
       // weight and centripetal force
       EXPECT_NEAR(t.multipliers(i, 0), mass * g, 1e-7);
       EXPECT_NEAR(t.multipliers.row(i).tail(2).norm(), mass * W * W * d, 1e-7);
@@ -142,9 +143,9 @@ TEST(KinematicConstraints, LeaningDiscRollsInACircle) {
   }
 }
 
-/// A ball set on a turntable, with gravity g; it rolls. Its velocity v follows v' = (2/7) W z x v + (5/7) g
-/// (across), about the drift 5/(2 W) z x g: circles at 2/7 of the table's rate W (Earnshaw 1844; Burns, Ball
-/// rolling on a turntable, Am. J. Phys. 49, 1981).
+/// A ball rolls on a turntable under gravity g. Its velocity v follows v' = (2/7) W z x v + (5/7) g (across),
+/// about the drift 5/(2 W) z x g: circles at 2/7 of the table's rate W (Earnshaw 1844; Burns, Ball rolling on
+/// a turntable, Am. J. Phys. 49, 1981).
 void expect_turntable_motion(Scene scene, const Vector3d& gravity) {
   scene.gravity = gravity;
   scene.simulation.output_interval = 0.2;
@@ -158,7 +159,7 @@ void expect_turntable_motion(Scene scene, const Vector3d& gravity) {
     const Vector3d u = v - drift;
     const Vector3d place =
         start + drift * s + std::sin(w * s) / w * u + (1 - std::cos(w * s)) / w * z.cross(u);
-    EXPECT_LT((t.q.row(i).head(3).transpose() - place).norm(), 1e-8);  // some 100 steps at 1e-10
+    EXPECT_LT((t.q.row(i).head(3).transpose() - place).norm(), 1e-8);  // about 100 steps at 1e-10
   }
 }
 
@@ -187,7 +188,7 @@ TEST(KinematicConstraints, ChaplyginsSleighStraightensOut) {
       const double s = t.times[i], heading = t.q(i, 2);
       const double along = t.v(i, 0) * std::cos(heading) + t.v(i, 1) * std::sin(heading);
       const double aside = t.v(i, 1) * std::cos(heading) - t.v(i, 0) * std::sin(heading);
-      EXPECT_NEAR(along, std::tanh(s), 1e-8);  // some 100 steps at 1e-10
+      EXPECT_NEAR(along, std::tanh(s), 1e-8);  // about 100 steps at 1e-10
       EXPECT_NEAR(aside, 0, treatment == ConstraintTreatment::projection ? 1e-14 : 1e-8);
       EXPECT_NEAR(t.v(i, 2), w0 / std::cosh(s), 1e-8);
       EXPECT_NEAR(heading, w0 * 2 * std::atan(std::tanh(s / 2)), 1e-8);
@@ -200,7 +201,7 @@ TEST(KinematicConstraints, ChaplyginsSleighStraightensOut) {
 // ---- assembly, faults ----
 
 TEST(KinematicConstraints, AssemblyMovesPositionsAcrossABlade) {
-  // the plane's row and the blade's are the same direction: only the first has a position to put right
+  // the plane's and the blade's rows have the same direction; only the plane's has a position to correct
   Scene scene;
   scene.solids = {solid("skate", "world",
                         {slide("x", Vector3d::UnitX(), 0, 1), slide("y", Vector3d::UnitY(), 0.1, 1),
@@ -215,7 +216,7 @@ TEST(KinematicConstraints, AssemblyMovesPositionsAcrossABlade) {
   EXPECT_LT((state.v - Vector3d(1, 0, 0)).norm(), 1e-15);
   EXPECT_EQ(assembly.rank, 1);
   EXPECT_EQ(assembly.redundant, std::vector<std::string>{"rail"});
-  // the same along a run: positions keep their row while the blade's is the independent one
+  // the same along a run: the plane's position is kept although the blade's row is the independent one
   const Trajectory t = run(system, settings("rk4", 1, 0.01));
   EXPECT_LT(std::abs(last(t.q)[1]), 1e-15);
 }

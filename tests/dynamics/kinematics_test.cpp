@@ -29,7 +29,7 @@ class KinematicsOfTrees : public testing::TestWithParam<int> {
   }
   System system;
   State state;
-  // of central differences: h^2 times third derivatives (some 100 here), and rounding / h
+  // of central differences: h^2 times third derivatives (about 100 here), and rounding / h
   static constexpr double h = 1e-5, tolerance = 1e-7;
 };
 

@@ -1,5 +1,5 @@
-// Where steps end for the sake of tables, and that motions under them are then as good as under any other
-// force: against the table's own integral.
+// Steps end at the knots of tables, so that motions under table forces are as exact as under other forces;
+// reference: the table's own integral.
 #include "dynamics/system/knots.hpp"
 
 #include <cmath>
@@ -44,8 +44,8 @@ TEST(Knots, LieAtTheEndsAndMiddlesOfTablePieces) {
   EXPECT_EQ(Knots(none, none.parameters).after(0), std::numeric_limits<double>::infinity());
 }
 
-/// Speed and place after time t of what weighs 1 kg and begins at rest, by Gauss' rule of three points, which
-/// is exact on each piece.
+/// Speed and position at time t of 1 kg started at rest, by Gauss' three-point rule, which is exact on each
+/// piece.
 std::array<double, 2> pushed_by(const Table& table, double t) {
   double speed = 0, place = 0;
   for (std::size_t i = 0; i + 1 < table.times.size() && table.times[i] < t; ++i) {
@@ -73,7 +73,7 @@ TEST(Knots, KeepTheErrorOfTablesInTolerance) {
     SCOPED_TRACE(method);
     SimulationSettings how = settings(method, 10, 0.01, 1e-11);
     how.output_interval = 0.1;
-    how.energy_threshold = 1e-3;  // the work of rows is read between steps
+    how.energy_threshold = 1e-3;  // work between steps is interpolated
     const Trajectory t = run(system, how);
     for (std::size_t i = 0; i < t.times.size(); ++i) {
       const auto [place, speed] = pushed_by(table, t.times[i]);
@@ -84,7 +84,7 @@ TEST(Knots, KeepTheErrorOfTablesInTolerance) {
   }
 }
 
-// A pulse of 30 us late in a long run: only there are steps as short.
+// A pulse of 30 us late in a long run: steps are short only there.
 TEST(Knots, ShortPieceShortensOnlyItsOwnSteps) {
   const Table pulse({9, 9.00001, 9.00002, 9.00003}, {0, 1e5, 1e5, 0}, SplineEnds::clamped);
   const System system = compiled(pushed(pulse));

@@ -1,5 +1,5 @@
-// A, B and Q: B against the paper's equation 11, the whole against Lagrange's equations of a double pendulum
-// written out by hand, and the parts of driven coordinates.
+// A, B and Q: B against the paper's equation 11; all against Lagrange's equations of a double pendulum by
+// hand; and the terms of driven coordinates.
 #include "dynamics/equations/lagrange.hpp"
 
 #include "dynamics/equations/equations.hpp"
@@ -58,13 +58,13 @@ TEST(Lagrange, BiasEqualsThePapersEquation11) {
               k.u[j] * k.u[g] *
               (mass_matrix_derivative(system, k, i, g, j) - 0.5 * mass_matrix_derivative(system, k, j, g, i));
       }
-      // rounding of some hundreds of terms up to 1e2
+      // rounding of hundreds of terms up to 1e2
       EXPECT_NEAR(w.terms.B[i], B, 1e-11) << "seed " << seed << ", coordinate " << i;
     }
   }
 }
 
-TEST(Lagrange, MassMatrixDerivativeMatchesDifferences) {  // so that the test above rests on A itself
+TEST(Lagrange, MassMatrixDerivativeMatchesDifferences) {  // the test above relies on it
   const System system = compiled(random_tree(3, {}));
   const State state = Random(53).state(system);
   const auto terms = [&](const Eigen::VectorXd& q) {
@@ -115,7 +115,7 @@ TEST(Lagrange, DoublePendulumObeysItsExplicitEquations) {
       const State state = random.state(system);
       const Evaluation ours = need(evaluate(system, state));
       const Eigen::Vector2d a = double_pendulum(1, m2, 1, 0.5, 0.3, 1.0 / 12, 0.05 * m2, state.q, state.v);
-      // rounding, times the condition of M: some 10 times the ratio of the masses
+      // rounding, times the condition of M: about 10 times the ratio of the masses
       EXPECT_LT((ours.acceleration - a).norm(), 1e-14 * a.norm() * (100 + 10 * m2)) << m2;
     }
   }

@@ -1,4 +1,4 @@
-// Equilibria and small deviations from them against closed forms.
+// Equilibria and their modes against closed forms.
 #include "dynamics/constraints/linearize.hpp"
 
 #include "dynamics/constraints/equilibrium.hpp"
@@ -41,7 +41,7 @@ TEST(Modes, UpsideDownIsUnstable) {
   state.q[0] = M_PI;
   const Linearization linear = need(linearize(system, state));
   EXPECT_EQ(linear.stability, Stability::unstable);
-  // every w^2 turned: the rates of growth are those frequencies
+  // upside down every w^2 is negative: growth rates equal the frequencies
   EXPECT_NEAR(linear.modes.back().eigenvalue.real(), std::sqrt(9.81 * (2 + std::sqrt(2))), 1e-11);
 }
 
@@ -80,7 +80,7 @@ TEST(Modes, OfAChainOfSpringsAndDampers) {
 }
 
 // A top that sleeps is stable while C^2 s^2 > 4 A m g l (Goldstein, Classical Mechanics, 3rd edition,
-// equation 5.80); slower it leaves the vertical by exp(sqrt(4 A m g l - C^2 s^2) t / (2 A)).
+// equation 5.80); a slower top leaves the vertical as exp(sqrt(4 A m g l - C^2 s^2) t / (2 A)).
 TEST(Modes, OfASleepingTop) {
   const double m = 2, l = 0.3, A = 0.25, C = 0.04, g = 9.81;  // A about the tip
   Scene scene;
@@ -139,7 +139,7 @@ TEST(Modes, OfUnsteadyStatesAreRefused) {
   state.q[0] = 0.1;
   EXPECT_NE(linearize(system, state).error().what.find("not steady"), std::string::npos);
   state = system.initial;
-  state.v[0] = 1;  // no acceleration, but in passing
+  state.v[0] = 1;  // no acceleration, but a velocity
   const auto passing = linearize(system, state);
   ASSERT_FALSE(passing);
   EXPECT_NE(passing.error().what.find("only for an instant"), std::string::npos);
@@ -156,7 +156,7 @@ TEST(Equilibrium, OfAChainHangsDown) {
   EXPECT_LT(found.imbalance, 1e-10);
 }
 
-// Level, a pendulum's imbalance is at its largest: no step along its slope lessens it.
+// At a level pendulum the imbalance is largest: no step along its slope reduces it.
 TEST(Equilibrium, OfALevelPendulum) {
   const System system = compiled(chain(1, false, M_PI / 2));
   EXPECT_NEAR(std::remainder(need(find_equilibrium(system, system.initial)).state.q[0], M_PI), 0, 1e-9);

@@ -1,4 +1,4 @@
-// The local coordinates's rate against central differences of the positions it gives.
+// The rate of the local coordinates against central differences of the positions that they give.
 #include "dynamics/constraints/local_coordinates.hpp"
 
 #include "scenes.hpp"

@@ -1,5 +1,5 @@
-// Contacts where methods fail: steps longer than the flights between them, what is small and fast, corners
-// that fall in turn, masses far apart.
+// Contacts that are hard for methods: steps longer than the flights between contacts, small fast bodies,
+// corners that land in turn, very different masses.
 #include <array>
 #include <cmath>
 #include <random>
@@ -100,7 +100,7 @@ TEST(LongFlights, SpinningRodStaysAboveTheFloor) {
         for (Eigen::Index k = 0; k < path.q.rows(); ++k)
           EXPECT_GT(path.q(k, 1) - 0.5 * std::abs(std::sin(path.q(k, 2))) - 0.01, -1e-9);
       }
-      // two methods, the same events: their errors grow over some ten impacts
+      // two methods find the same events; errors grow over about ten impacts
       EXPECT_LT((last(runs[0].q) - last(runs[1].q)).cwiseAbs().maxCoeff(), 1e-4)
           << restitution << " at " << spin;
     }
@@ -127,7 +127,7 @@ TEST(LongFlights, FastBallHitsTheTargetWithinAStep) {
     EXPECT_TRUE(path.certificate.trusted) << path.certificate.reason;
     EXPECT_NEAR(last(path.q)[0], -0.15, 1e-12 * (1 + speed));
     EXPECT_NEAR(last(path.q)[1], speed * (1 - meets), 1e-12 * (1 + speed));
-    // time stepping sees that the gap would close, and when in the step
+    // time stepping sees that the gap would close within the step, and when
     const Trajectory stepped = run(scene, settings("moreau", 1, 1e-2));
     EXPECT_EQ(stepped.certificate.impacts, 1);
     EXPECT_TRUE(stepped.certificate.trusted) << stepped.certificate.reason;
@@ -159,7 +159,7 @@ TEST(LongFlights, RotatingArmHitsTheBall) {
         const Trajectory path = run(scene, settings(method, 1.01 * meets, 1e-3, 1e-9));
         ASSERT_FALSE(path.certificate.events.empty());
         EXPECT_NEAR(path.certificate.events[0].time, meets, 1e-9);
-        // time stepping sweeps over it where its least part does, in the first turn at least, and says so
+        // time stepping passes over it if its shortest part does, and says so
         if (speed < 100) continue;
         EXPECT_FALSE(run(scene, settings("moreau", 1, 1e-1)).certificate.trusted);
         const Trajectory located = run(scene, settings(method, 1, 1e-3, 1e-9)),
@@ -172,7 +172,7 @@ TEST(LongFlights, RotatingArmHitsTheBall) {
 }
 
 TEST(LongFlights, RestIsReachedWithinRounding) {
-  // a fall from so far that the gap is known to a nanometre only
+  // a fall from so far that rounding of the gap is a nanometre
   Scene scene = balls({{2e6, 0}}, 0.5);
   scene.solids[0].inertials[0] = inertial(1, {0, 0, 0}, {4e9, 4e9, 4e9});
   std::get<SphereOverPlane>(scene.constraints[0].kind).radius = 1e5;
@@ -223,20 +223,21 @@ TEST_P(Boxes, OfAnySizeStayAboveTheFloor) {
         lowest = std::min(lowest, path.q(row, 2) + (R * size.cwiseProduct(corner))[2]);
       }
       EXPECT_GT(lowest, -1e-8) << "at row " << row;
-      // its own energy, which nothing raises
+      // its energy, which must not grow
       const Vector3d v = path.v.row(row).head<3>(), w = path.v.row(row).tail<3>();
       const Vector3d I = scene.solids[0].inertials[0].tensor.diagonal();
       const double energy = 0.5 * v.squaredNorm() + 0.5 * w.dot(I.cwiseProduct(w)) + g * path.q(row, 2);
       EXPECT_LT(energy, highest + 1e-6);
       highest = std::min(highest, energy);
     }
-    if (restitution < 0.5 && friction > 0.2) {  // it has come to rest by now
+    if (restitution < 0.5 && friction > 0.2) {  // it must be at rest by now
       EXPECT_LT(last(path.v).norm(), 1e-6);
     }
   }
 }
 
-// 11 and 12: a corner at the floor that another's coming to rest turned down again went through it
+// 11 and 12 once failed: when another corner came to rest, a corner at the floor turned down and passed
+// through it
 INSTANTIATE_TEST_SUITE_P(LongFlights, Boxes, testing::Values(7, 11, 12));
 
 /// A ball of `light` kg on the floor or above it, and one of `heavy` kg above.

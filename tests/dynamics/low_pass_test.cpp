@@ -1,4 +1,4 @@
-// Against SciPy's Butterworth coefficients run by hand, and the filter's closed form on long sine waves.
+// The low-pass filter against SciPy's Butterworth filter and against the closed form on long sine waves.
 #include "dynamics/inverse/low_pass.hpp"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ SampledSignal sampled(int n, double step, double (*f)(double)) {
   return signal;
 }
 
-TEST(LowPass, IsTheRecipeThatOpenSimDocuments) {
+TEST(LowPass, FollowsOpenSimsRecipe) {
   const double values[24] = {0.3,       0.237965, 0.570278,  1.231997,  0.843787,  0.766636,
                              0.975294,  0.174913, -0.196578, -0.142902, -0.921121, -1.085309,
                              -0.696843, -1.05197, -0.760439, 0.019525,  -0.056116, 0.369512,
@@ -32,7 +32,7 @@ TEST(LowPass, IsTheRecipeThatOpenSimDocuments) {
   ASSERT_TRUE(filtered);
   ASSERT_EQ(filtered->times.size(), 48u);  // 12 more at each end
   EXPECT_NEAR(filtered->times[12], 0, 1e-12);
-  // scipy.signal.butter(3, 0.24), odd padding of 12, forwards and backwards, the first three samples of a run kept
+  // scipy.signal.butter(3, 0.24), odd padding of 12, forwards and backwards, the first three samples are kept
   const double expected[5] = {0.29407868452899877, 0.5281921739658113, 0.3312537220865931,
                               -0.27752152830058135, 0.08167374697332838};
   const int at[5] = {0, 1, 7, 15, 23};
@@ -40,7 +40,7 @@ TEST(LowPass, IsTheRecipeThatOpenSimDocuments) {
 }
 
 TEST(LowPass, HalvesASineAtTheCutOffWithoutDelay) {
-  // each run damps to 1 / sqrt 2 at the cut-off
+  // each pass damps to 1 / sqrt 2 at the cut-off
   const auto filtered =
       low_pass(sampled(4001, 0.002, [](double t) { return std::sin(2 * std::numbers::pi * 6 * t); }), 6);
   ASSERT_TRUE(filtered);
@@ -53,7 +53,7 @@ TEST(LowPass, HalvesASineAtTheCutOffWithoutDelay) {
 }
 
 TEST(LowPass, LeavesAStraightLineAsItIs) {
-  // three seconds of padding: what the start of a run sends in has died down
+  // after three seconds of padding the start-up transient has died away
   const auto filtered = low_pass(sampled(600, 0.01, [](double t) { return 3 - 2 * t; }), 6);
   ASSERT_TRUE(filtered);
   for (std::size_t i = 500; i < 700; ++i)
@@ -74,7 +74,7 @@ TEST(LowPass, ResamplesUnevenTimes) {
     }
 }
 
-TEST(LowPass, RefusesACutOffThatTheSamplesCannotHold) {
+TEST(LowPass, RefusesACutOffOfHalfTheSamplingRateOrMore) {
   const SampledSignal signal = sampled(50, 0.01, [](double t) { return t; });
   EXPECT_FALSE(low_pass(signal, 50));
   EXPECT_FALSE(low_pass(signal, 0));

@@ -1,4 +1,5 @@
-// Inverse kinematics against poses that markers were made from, and the fit's own optimality by differences.
+// Inverse kinematics against the poses that the markers were made from, and optimality of the fit by
+// differences.
 #include "dynamics/inverse/marker_fit.hpp"
 
 #include "dynamics/constraints/assembly.hpp"
@@ -137,7 +138,7 @@ TEST(MarkerFit, HoldsTheConstraintsOfALoop) {
   const Vector3d a = need(point_motion(system, state, {"coupler", Vector3d(2, 0, 0)})).position,
                  b = need(point_motion(system, state, {"rocker", Vector3d(1.5, 0, 0)})).position;
   EXPECT_LT((a - b).norm(), 1e-9);
-  // the loop has one freedom: the goal is least among its neighbours on the loop
+  // the loop has one freedom: the goal is least among neighbouring poses of the loop
   const auto nearby = [&](double crank) {
     State other = state;
     other.q[0] += crank;
@@ -180,7 +181,7 @@ TEST(MarkerFit, KeepsCoordinatesWithinTheirRanges) {
 }
 
 TEST(MarkerFit, DrawsCoordinatesToTheirValues) {
-  // a slide between a marker at 1 and a value of 0: weights 1 and 3 of (x - 1)^2 and x^2 meet at 1/4
+  // a slide with a marker at 1 and a prior value of 0: (x - 1)^2 + 3 x^2 is least at 1/4
   Scene scene;
   scene.name = "slide";
   scene.solids.push_back(solid("cart", "world", {slide("x", Vector3d::UnitX())},

@@ -1,6 +1,6 @@
-// The order table: every method's observed order on whole scenes, by halving the step, in equal steps: a
-// pendulum (one angle), a solid that turns freely (orientation), IFToMM's A01 (a point held on a circle), the
-// last under projection and under Baumgarte.
+// The order table: every method's observed order on whole scenes, by halving equal steps. Scenes: a pendulum
+// (one angle), a free solid (orientation), IFToMM's A01 (a point on a circle) and Chaplygin's sleigh, the
+// last two with projection and with Baumgarte.
 #include <algorithm>
 #include <cmath>
 
@@ -15,11 +15,10 @@ namespace {
 struct Row {
   const char* method;
   double order;
-  int steps;  ///< enough that the next order's share is small, too few for rounding to show
+  int steps;  ///< so many that the next order's term is small, and so few that rounding is smaller
 };
-// gbs in equal steps at a tolerance that any error meets ends in its second row, of order 4, and where it
-// makes its rows side by side (scenes without rows of constraints) in its third; with a tolerance to meet it
-// goes to higher ones
+// gbs in equal steps with an infinite tolerance ends at its second row, of order 4, or at its third if it
+// computes rows in parallel (scenes without constraint rows); a real tolerance leads to higher rows
 const Row table[] = {{"euler", 1, 4096},
                      {"rk2", 2, 512},
                      {"rk4", 4, 256},
@@ -43,12 +42,12 @@ TEST(MethodOrders, EveryMethodIsInTheTable) {
   std::vector<std::string> names;
   for (const Row& row : table) names.emplace_back(row.method);
   names.insert(names.end() - 1, "cvode");  // chooses its steps and orders itself; accuracy_test.cpp runs it
-  // of order 16, of which rounding leaves nothing to see here: collocation_test.cpp
+  // gauss16 has order 16, which rounding hides here; collocation_test.cpp tests it
   names.insert(std::find(names.begin(), names.end(), "gbs8") + 1, "gauss16");
   EXPECT_EQ(names, integrator_names());
 }
 
-/// From the scene's start to `end` in equal steps, whatever the method makes of its error.
+/// Runs from the scene's start to `end` in equal steps, whatever error the method estimates.
 State in_equal_steps(const System& system, const std::string& method, double end, int steps,
                      ConstraintTreatment treatment) {
   SimulationSettings how;
@@ -63,8 +62,7 @@ State in_equal_steps(const System& system, const std::string& method, double end
   Eigen::VectorXd y(motion.size()), dy(motion.size()), out(motion.size());
   for (int i = 0; i < steps; ++i) {
     const double t = landing.state.t, next = end * (i + 1) / steps;
-    if (method != "generalized_alpha")
-      integrator->reset();  // its own accelerations lag behind the equations'
+    if (method != "generalized_alpha") integrator->reset();  // generalized_alpha keeps its own accelerations
     EXPECT_TRUE(motion.start(landing.state, landing.work, y, dy));
     EXPECT_TRUE(integrator->attempt(motion, t, next - t, y, dy, out).evaluated);
     const Work work = landing.work;
@@ -89,8 +87,7 @@ struct Case {
 };
 
 // A point on a hinge, 1 m below it, from rest at `start`: theta = 2 asin(k sn(K(k) + w t)), k = sin(start /
-// 2), as any table of elliptic functions has it; sn by the arithmetic-geometric mean (Abramowitz and
-// Stegun, 16.4).
+// 2), with sn by the arithmetic-geometric mean (Abramowitz and Stegun, 16.4).
 double pendulum_angle(double start, double t) {
   const double k = std::sin(start / 2), w = std::sqrt(9.81);
   const double u = std::comp_ellint_1(k) + w * t;
@@ -114,7 +111,7 @@ Case pendulum() {
   Case out{"pendulum", compiled(scene), {}, 1, {}};
   const double angle = pendulum_angle(2, out.end);
   out.reference.q = Eigen::VectorXd::Constant(1, angle);
-  // on its way down to the other side, by its energy
+  // moving down to the other side; speed by energy
   out.reference.v = Eigen::VectorXd::Constant(1, -std::sqrt(2 * 9.81 * (std::cos(angle) - std::cos(2.0))));
   return out;
 }
@@ -179,7 +176,7 @@ TEST(MethodOrders, AreReachedOnEveryScene) {
       if (std::string_view(row.method) == "gbs" && one.system.rows == 0) row = {"gbs", 6, 48};
       if (need(make_integrator(row.method, 1e9))->objection(one.system, one.treatment)) continue;  // refused
       const double coarse = one.error(row.method, row.steps), fine = one.error(row.method, 2 * row.steps);
-      // the next order's share at these steps
+      // the next order's term at these steps
       EXPECT_NEAR(order(coarse, fine), row.order, 0.1 * row.order)
           << row.method << ", " << one.name << ": " << coarse << " and " << fine;
     }

@@ -1,5 +1,5 @@
-// Every method on every sample: each ends where the finest ones end, or, where the table below says that the
-// scene is too hard for it, its run says by name why it is not to be trusted.
+// Every method on every sample: it ends at the state of the finest runs, or its run is distrusted with a
+// reason if the table below lists the scene as too hard for it.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ std::vector<std::string> sample_names() {
   return names;
 }
 
-/// The methods that a sample is too hard for, at its own step and tolerance, beside those of first order.
+/// Methods that a sample is too hard for at its own step and tolerance; first-order methods are not listed.
 const std::map<std::string, std::set<std::string>> too_hard = {
     {"block_on_slope", {"verlet"}},
     {"four_bar_2", {"verlet", "implicit_midpoint", "gauss4", "gauss6", "cvode"}},
@@ -46,16 +46,16 @@ class Sample : public testing::TestWithParam<std::string> {
  protected:
   void SetUp() override {
     scene = read_scene(test::source_folder() + "/samples/" + GetParam() + ".toml").value();
-    // chains' motion is chaotic: after that any two methods part
+    // chains are chaotic: after 2 s any two methods differ
     if (GetParam().starts_with("pendulum_")) scene.simulation.end_time = 2;
-    // forty windows are two windows twenty times over, and cost as much: through the first singular position
+    // forty windows behave like two at twenty times the cost: 1 s includes the first singular position
     if (GetParam() == "four_bar_40") scene.simulation.end_time = 1;
     scene.simulation.output_interval = scene.simulation.end_time;
     system = compile(scene).value();
   }
 
-  /// By the scene's settings but for these; methods that cannot go on from projected states have constraints
-  /// held by Baumgarte's accelerations.
+  /// Runs with the scene's settings except these. Methods that cannot continue from projected states hold
+  /// constraints by Baumgarte stabilisation.
   Result<Trajectory> run(const std::string& method, double tolerance) const {
     SimulationSettings how = scene.simulation;
     how.method = method;
@@ -68,7 +68,7 @@ class Sample : public testing::TestWithParam<std::string> {
     return simulate(system, system.initial, how);
   }
 
-  /// Of the end's positions, each against 1 m or rad and its own size.
+  /// Largest difference of the final positions, each relative to its size or 1 m (rad), whichever is larger.
   static double difference(const Trajectory& a, const Trajectory& b) {
     double largest = 0;
     for (const CoordinateInfo& c : a.coordinates) {
@@ -94,7 +94,7 @@ TEST_P(Sample, MeetsItsToleranceOrFailsByNameByEveryMethod) {
     const bool fails = is_too_hard(GetParam(), method);
     if (!t) {
       EXPECT_TRUE(fails) << t.error().message();
-      // says what could not be done, and when
+      // names the failure and its time
       EXPECT_NE(t.error().message().find("the run ends at t = "), std::string::npos) << t.error().message();
       continue;
     }
@@ -113,11 +113,11 @@ TEST_P(Sample, MeetsItsToleranceOrFailsByNameByEveryMethod) {
       continue;
     }
     ++met;
-    // Adaptive: a run is trusted if its energy is good to 1000 times the tolerance; the shock scene's places
-    // are ten times as far off (cvode, 2000 steps whose errors are all losses). Not below what rounding
-    // (1e-16 times some 1e4 steps) becomes where the spinning plate comes by its unstable axis (1e-4 from it:
-    // times 1e4). Steps of one length are asked for no tolerance: trusted by their energy, to 1e-3 of what
-    // was turned over, they may be behind in fast turns (the roundabout's second-order one by 1 rad of 36).
+    // Adaptive runs are trusted if the energy error is below 1000 tolerances; positions of the shock scene
+    // are off by ten times that (cvode, 2000 steps whose errors add up). The bound is at least 1e-7: rounding
+    // (1e-16 times about 1e4 steps) grows 1e4 times as the spinning plate passes its unstable axis. Fixed
+    // steps have no tolerance: trusted by an energy error of 1e-3, they may lag in fast turns (the
+    // roundabout's second-order run by 1 rad of 36).
     const double bound = method_is_adaptive(method) ? std::max(1e4 * tolerance, 1e-7) : 5e-2;
     EXPECT_LT(difference(*t, *fine), bound) << c.steps_accepted << " steps";
   }

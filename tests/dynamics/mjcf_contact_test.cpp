@@ -1,5 +1,5 @@
-// Contacts read from MJCF: against MuJoCo (which geoms may touch, with what friction, how deep), against the
-// same human in TOML, against closed forms; and that what has no contact is told where it passes through.
+// Contacts read from MJCF: against MuJoCo (pairs, friction, depth), against the same human in TOML, and
+// against closed forms. Also the note on pairs without contact that pass through each other.
 #include "dynamics/formats/mjcf_contact.hpp"
 
 #include <gtest/gtest.h>
@@ -29,7 +29,7 @@ std::string over_floor(const std::string& bodies, const std::string& floor = "")
          "</worldbody></mujoco>";
 }
 
-/// Two bodies with that geom, 2 m apart along x, on their way to each other at 1 m/s each.
+/// Two bodies with this geom, 2 m apart along x, each moving at 1 m/s towards the other.
 ModelFile two_that_meet(const std::string& geom) {
   ModelFile out = read_text(
       "<mujoco><option gravity='0 0 0'/><worldbody><body name='a'><joint name='x' type='slide' axis='1 0 0'/>"
@@ -50,7 +50,7 @@ Trajectory drop(const ModelFile& model, const std::string& method, double end, d
   return run(model.scene, how);
 }
 
-/// The first row at which what fell freely is held up.
+/// Time of the first row at which the free fall has ended.
 double first_touch(const Trajectory& path) {
   for (Eigen::Index row = 1; row < path.v.rows(); ++row)
     if (path.v(row, 2) > path.v(row - 1, 2)) return path.times[std::size_t(row)];
@@ -58,7 +58,7 @@ double first_touch(const Trajectory& path) {
 }
 
 TEST(MjcfContacts, FallingBodyHitsThePlaneOnTimeAndRests) {
-  // the floor at 0.2 m, tilted by nothing; the box stands on a corner of its solid's axes
+  // a level floor at 0.2 m; the box stands on a corner
   const struct {
     const char* geom;
     double under;  // from the body's origin to its lowest point
@@ -74,9 +74,9 @@ TEST(MjcfContacts, FallingBodyHitsThePlaneOnTimeAndRests) {
     EXPECT_EQ(model.scene.simulation.step, 2e-3);  // MuJoCo's own
     const double fall = std::sqrt(2 * (0.8 - under) / 9.81);
     const Trajectory stepped = drop(model, "moreau", 1, 2e-3), located = drop(model, "rk4_adaptive", 1, 2e-3);
-    EXPECT_NEAR(first_touch(stepped), fall, 2e-3) << geom;  // at the end of the step in which they met
-    EXPECT_NEAR(first_touch(located), fall, 1e-9) << geom;  // as events are located
-    // overlaps are put apart up to a millionth of what touches
+    EXPECT_NEAR(first_touch(stepped), fall, 2e-3) << geom;  // at the end of the step of the contact
+    EXPECT_NEAR(first_touch(located), fall, 1e-9) << geom;  // by event location
+    // overlaps are separated up to a millionth of the bodies' size
     EXPECT_NEAR(last(stepped.q)[2], 0.2 + under, 1e-6) << geom;
     EXPECT_NEAR(last(located.q)[2], 0.2 + under, 1e-9) << geom;
     EXPECT_TRUE(stepped.certificate.trusted) << stepped.certificate.reason;
@@ -85,7 +85,7 @@ TEST(MjcfContacts, FallingBodyHitsThePlaneOnTimeAndRests) {
 }
 
 TEST(MjcfContacts, BlockOnATiltedPlaneFollowsTheGeomFriction) {
-  // the larger friction counts (0.3), unless the other has priority; condim 1 has none
+  // the larger friction (0.3) counts, unless the other geom has priority; condim 1 has no friction
   const double tilt = 0.5, g = 9.81;
   const auto slides = [&](const std::string& block, double friction) {
     const ModelFile model = read_text(
@@ -110,7 +110,7 @@ TEST(MjcfContacts, HumanEqualsThatOfTheSceneFile) {
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
   Scene model = need(read_model(path)).scene;
   const Scene scene = need(read_model(source_folder() + "/tests/bench/human_floor.toml")).scene;
-  std::erase_if(model.constraints, [](const Constraint& c) {  // its own parts on each other
+  std::erase_if(model.constraints, [](const Constraint& c) {  // contacts between its own parts
     return std::holds_alternative<SphereOverSphere>(c.kind) ||
            std::holds_alternative<CapsuleOverCapsule>(c.kind);
   });
@@ -120,7 +120,8 @@ TEST(MjcfContacts, HumanEqualsThatOfTheSceneFile) {
   EXPECT_EQ(a.contacts.size(), 26u);
   EXPECT_EQ(model.simulation.method, "moreau");
   EXPECT_EQ(model.simulation.step, 2e-3);
-  // until it lands but for rounding; then as far as impulses settle (1e-8 of velocities), growing as it folds
+  // equal up to rounding until it lands; then to the accuracy of impulses (1e-8 of velocities), which grows
+  // as it folds
   SimulationSettings how = settings("moreau", 0.1, 2e-3);
   EXPECT_LT((last(run(a, how).q) - last(run(b, how).q)).cwiseAbs().maxCoeff(), 1e-12);
   how.end_time = 0.4;
@@ -128,7 +129,7 @@ TEST(MjcfContacts, HumanEqualsThatOfTheSceneFile) {
 }
 
 TEST(MjcfContacts, PassingThroughIsReportedWithTime) {
-  // contacts switched off, and judged as those that a scene has none for
+  // switched-off contacts are judged like missing ones
   const auto path_of = [](const ModelFile& model, double end, double step) {
     Trajectory path = drop(model, "rk4", end, step);
     EXPECT_TRUE(path.certificate.trusted);
@@ -147,14 +148,14 @@ TEST(MjcfContacts, PassingThroughIsReportedWithTime) {
                   path);
     return path.certificate;
   };
-  // a cylinder of radius .1: its core has the bottom at the origin's height - .2 (length), falls 0.8 m
+  // a cylinder of radius .1, whose lowest point is .2 below its origin, falls 0.8 m
   const double touch = std::sqrt(2 * 0.8 / 9.81);
   EXPECT_TRUE(judged(touch).trusted);
   const Certificate c = judged(touch + 0.01);
   EXPECT_FALSE(c.trusted);
   EXPECT_NEAR(c.reason_time, touch, 2e-3);
   EXPECT_EQ(c.reason.find("geom 'floor' and geom 'tin' overlap at t = 0.40"), 0u) << c.reason;
-  // two boxes that meet in the middle: 1 m between them, at 1 m/s each
+  // two boxes that meet in the middle: a gap of 1 m, 1 m/s each
   ModelFile boxes = two_that_meet("type='box' size='.5 .5 .5'");
   ASSERT_EQ(boxes.scene.constraints.size(), 1u);
   boxes.scene.constraints.clear();
@@ -176,7 +177,7 @@ TEST(MjcfContacts, GeomsCollide) {
     how.end_time = 1;
     const Trajectory path = run(model.scene, how);
     EXPECT_TRUE(path.certificate.trusted) << path.certificate.reason;
-    // without rebound they stay together, each 0.5 m from where it began
+    // without rebound they stay together, each 0.5 m from its start
     EXPECT_NEAR(path.certificate.impact_loss, path.kinetic[0], 1e-9 * path.kinetic[0]);
     for (int i = 0; i < 2; ++i) EXPECT_NEAR(last(path.q)[i], 0.5, 1e-9) << geom;
   }
@@ -244,8 +245,8 @@ TEST(MjcfContacts, SegmentDistanceIsTheSmallest) {
 
 #ifdef BORELLI_MUJOCO
 
-// What touches what: the names of the two, with friction (0 where there is none) and depth; `searched`: by
-// both programs' iterations, not by a closed form.
+// A contact: the two names, friction (0 if none) and depth. `searched`: both programs find it by iteration,
+// not by a closed form.
 struct Touch {
   double friction = 0, depth = 0;
   bool searched = false;
@@ -266,17 +267,17 @@ Touches of_mujoco(Mujoco& mujoco) {
     const mjContact& c = mujoco.data->contact[i];
     const auto name = [&](int geom) { return std::string(mj_id2name(mujoco.model, mjOBJ_GEOM, geom)); };
     const auto weld = [&](int geom) { return mujoco.model->body_weldid[mujoco.model->geom_bodyid[geom]]; };
-    if (weld(c.geom1) == weld(c.geom2)) continue;  // (a <pair> of what is one: without effect)
+    if (weld(c.geom1) == weld(c.geom2)) continue;  // a <pair> within one rigid body has no effect
     const auto [found, first] = out.try_emplace(sorted(name(c.geom1), name(c.geom2)));
     Touch& touch = found->second;
-    // (what a <pair> names and the masks allow too has both, the <pair>'s first)
+    // geoms that a <pair> names and the masks allow have both contacts, the <pair>'s first
     if (first) touch.friction = c.dim == 1 ? 0 : c.friction[0];
     touch.depth = std::max(touch.depth, -c.dist);
   }
   return out;
 }
 
-// Of ours, what touches in a state; of what has a contact only.
+// Our contacts that touch in a state.
 Touches of_contacts(const ModelFile& model, const System& system, const State& state) {
   Workspace w(system);
   EXPECT_FALSE(accelerate(system, system.parameters, state.t, state.q.data(), state.v.data(), {}, w));
@@ -302,7 +303,7 @@ Touches of_contacts(const ModelFile& model, const System& system, const State& s
   return out;
 }
 
-// A random tree whose geoms all lie about the origin: whatever may touch does.
+// A random tree with all geoms around the origin, so that all allowed pairs touch.
 std::string random_heap(unsigned seed) {
   std::mt19937 engine(seed);
   const auto pick = [&](int n) { return int(engine() % unsigned(n)); };
@@ -329,7 +330,7 @@ std::string random_heap(unsigned seed) {
   std::vector<std::string> inner(bodies + 1);
   for (int i = bodies; i > 0; --i) {
     std::string body = fmt::format("<body name='b{}'>", i);
-    // what hangs on nothing that moves may have a plane
+    // only static bodies may have a plane
     if (i == 1)
       body += plane();
     else if (pick(4) > 0)
@@ -345,7 +346,7 @@ std::string random_heap(unsigned seed) {
     contact += fmt::format("<pair geom1='g{}' geom2='g{}' {}/>", pick(geoms / 2), geoms / 2 + pick(geoms / 2),
                            i == 0 ? "" : "condim='4' friction='.35 .35 .1 .1 .1'");
   const char* collision[] = {"all", "all", "predefined", "dynamic"};
-  // (bodies without a geom: MuJoCo's room for pairs of bodies goes by their number)
+  // bodies without a geom, because MuJoCo's space for pairs depends on the number of bodies
   for (int i = 0; i < 12; ++i) inner[0] += "<body/>";
   return fmt::format(
       "<mujoco><option collision='{}'><flag filterparent='{}'/></option><size nconmax='2000' njmax='10'/>"
@@ -369,7 +370,7 @@ TEST(MjcfContacts, PairsThatMayTouchEqualMujocos) {
       ASSERT_NE(found, expected.end()) << pair.first << " " << pair.second << "\n" << xml;
       EXPECT_NEAR(touch.friction, found->second.friction, 1e-15) << xml;
       if (touch.searched) {
-        EXPECT_GT(touch.depth, 0);  // (both depths are local least ones)
+        EXPECT_GT(touch.depth, 0);  // both depths are local minima
         ++searched;
       } else {
         EXPECT_NEAR(touch.depth, found->second.depth, 1e-12) << pair.first << " " << pair.second << "\n"
@@ -389,7 +390,7 @@ TEST(MjcfContacts, PairsThatMayTouchEqualMujocos) {
 TEST(MjcfContacts, HumanContactsEqualMujocos) {
   const std::filesystem::path path = shared_folder() + "/models/bench/human_contact.xml";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
-  // (its geoms have no names: MuJoCo's are given by their bodies')
+  // its geoms have no names, so MuJoCo's are identified by body
   const ModelFile model = need(read_model(path));
   const System system = compiled(model.scene);
   Mujoco mujoco(path);
@@ -433,9 +434,9 @@ TEST(MjcfContacts, BallLandsWhenMujocosDoes) {
   Mujoco mujoco(path);
   mujoco.model->opt.disableflags &= ~(mjDSBL_CONSTRAINT | mjDSBL_CONTACT);
   while (mujoco.data->ncon == 0 && mujoco.data->time < 1) mj_step(mujoco.model, mujoco.data);
-  EXPECT_NEAR(touch, mujoco.data->time, 3e-4);  // its Euler falls g t h / 2 too far: less than a step here
+  EXPECT_NEAR(touch, mujoco.data->time, 3e-4);  // MuJoCo's Euler falls g t h / 2 too far, less than a step
   while (mujoco.data->time < 1) mj_step(mujoco.model, mujoco.data);
-  // its floor gives way under the weight
+  // MuJoCo's floor yields under the weight
   EXPECT_NEAR(last(run(need(read_model(path)).scene).q)[2], mujoco.data->qpos[2], 1e-3);
 }
 

@@ -1,5 +1,4 @@
-// Models in MJCF, read by us and by MuJoCo itself: mass matrix, what drives, and accelerations at random
-// states.
+// Models in MJCF, read by us and by MuJoCo: mass matrix, driving efforts and accelerations at random states.
 #include "dynamics/formats/mjcf.hpp"
 #include "tests/paths.hpp"
 
@@ -17,7 +16,8 @@ namespace {
 
 System system_of(const std::filesystem::path& path) { return compiled(need(read_model(path)).scene); }
 
-/// Reads the file both ways and expects agreement. `largest`: what of each array's largest entry may differ.
+/// Reads the file by both programs and expects agreement. `largest`: the allowed difference relative to each
+/// array's largest entry.
 void expect_same(const std::filesystem::path& path, double largest = 1e-12) {
   const System system = system_of(path);
   Mujoco mujoco(path);
@@ -146,7 +146,7 @@ TEST(Mjcf, GravityAndPassiveForcesCanBeSwitchedOff) {
 }
 
 TEST(Mjcf, GravcompCarriesTheWeight) {
-  // (MuJoCo 2.2 has none.) A body that carries all of its weight does not fall
+  // MuJoCo 2.2 lacks this. A body with gravity compensation 1 does not fall
   const Folder folder;
   const System system =
       system_of(folder.write("m.xml", model("<body gravcomp='1'><freejoint/>" + inertial + "</body>")));
@@ -242,7 +242,7 @@ TEST(Mjcf, InertiaOfMeshes) {
                            "file='arrow.obj' scale='2 1 .5' refpos='.1 .2 .3' refquat='1 2 3 4'",
                            "file='arrow.obj' scale='1 -1 1'",
                            "name='arrow' vertex='0 0 0 1 0 0 0 .5 0 0 0 .25' face='0 2 1 0 1 3 0 3 2 1 2 3'"})
-    // (by density its legacy rule took the volume of another form: see legacy_mesh_inertial)
+    // with a density, its legacy rule takes another volume: see legacy_mesh_inertial
     for (const auto& [geom, exact] : {std::pair("mass='3'", "false"), std::pair("mass='3'", "true"),
                                       std::pair("density='200'", "true"), std::pair("", "true")}) {
       const std::string before = "<compiler meshdir='meshes' exactmeshinertia='" + std::string(exact) +
@@ -294,9 +294,10 @@ TEST(Mjcf, EqualitiesGiveMujocosRows) {
   State state = random.state(system);
   Rows L = need(evaluate(system, state)).constraint_jacobian, J = rows(state);
   ASSERT_EQ(J.rows(), 14);
-  // MuJoCo's connect has a - b as ours, its joints q1 - poly(q2); ours to rounding
+  // MuJoCo's connect is a - b as ours, its joint equality q1 - poly(q2); equal to rounding
   EXPECT_LT((L.topRows(8) - J.topRows(8)).cwiseAbs().maxCoeff(), 1e-14);
-  // a weld's rows are other combinations: in the model's pose, which satisfies them, they span the same space
+  // a weld's rows are other combinations of ours; in the model's pose, which satisfies them, they span the
+  // same space
   state = system.initial;
   L = need(evaluate(system, state)).constraint_jacobian.bottomRows(6);
   J = rows(state).bottomRows(6);
@@ -304,7 +305,7 @@ TEST(Mjcf, EqualitiesGiveMujocosRows) {
   both << L, J;
   EXPECT_EQ(Eigen::JacobiSVD<Eigen::MatrixXd>(L).setThreshold(1e-12).rank(), 6);
   EXPECT_EQ(Eigen::JacobiSVD<Eigen::MatrixXd>(both).setThreshold(1e-12).rank(), 6);
-  // and positions: the anchors meet in the model's pose, the coupled joints are off by their constant terms
+  // positions: the anchors coincide in the model's pose; the coupled joints are off by their constant terms
   const Evaluation start = need(evaluate(system, system.initial));
   EXPECT_EQ(start.rows[0], "connect of b and c[0]");
 }
@@ -338,7 +339,7 @@ TEST(Mjcf, CurvedCouplingsGiveMujocosRowsAndValues) {
     const Eigen::VectorXd off = Eigen::Map<Eigen::VectorXd>(mujoco.data->efc_pos, 3);
     EXPECT_LT((w.rows.h - off).cwiseAbs().maxCoeff(), 1e-13);
   }
-  // E is what the rows' second derivative has beside the accelerations: checked by differences of L v
+  // E is the second derivative of the rows without the accelerations: checked by differences of L v
   const State state = random.state(system);
   const Eigen::VectorXd E = need(evaluate(system, state)).constraint_bias;
   const auto rate = [&](double t) -> Eigen::VectorXd {

@@ -47,7 +47,7 @@ TEST(ModelFile, FloatingAppliesOnlyToUrdf) {
 }
 
 TEST(ModelFile, SceneFromMjcfRoundTripsThroughToml) {
-  // all that the reader makes has its place in a scene's file, and comes back the same
+  // a scene's file holds all that the reader makes, and reads back the same
   const Folder folder;
   const Scene scene =
       need(

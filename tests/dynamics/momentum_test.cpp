@@ -1,4 +1,4 @@
-// Which momenta are found to be conserved, and that runs conserve them.
+// Momenta are found to be conserved, and runs conserve them.
 #include "dynamics/equations/momentum.hpp"
 
 #include "scenes.hpp"
@@ -36,7 +36,7 @@ TEST(Momentum, IsListedWhenConserved) {
   Scene top;
   top.solids = {solid("top", "world", {ball("turn")}, {link()})};
   EXPECT_EQ(names(top), Names{"angular momentum of 'top' about its fixed point"});
-  Scene sledge;  // free in the plane
+  Scene sledge;  // moves freely in the plane
   sledge.solids = {
       solid("sledge", "world",
             {slide("x", Vector3d::UnitX()), slide("y", Vector3d::UnitY()), hinge("turn", Vector3d::UnitZ())},
@@ -80,7 +80,7 @@ TEST(Momentum, IsConservedByRunsUpToTheWeightsImpulse) {
     ASSERT_FALSE(trajectory.certificate.conserved.empty());
     for (const Conserved& conserved : trajectory.certificate.conserved) {
       EXPECT_GT(conserved.scale, 0.1);
-      // the tolerance per step, over some thousand steps
+      // the tolerance per step, over about a thousand steps
       EXPECT_LT(conserved.drift, 1e-8 * conserved.scale) << conserved.name;
     }
   }

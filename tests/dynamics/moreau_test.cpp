@@ -1,5 +1,5 @@
 // Moreau's time stepping: a block on a slope, a ball that comes to rest, a heap of balls, momentum and energy
-// at impacts, its order against the run that locates each impact.
+// at impacts, and its order against runs with located impacts.
 #include "dynamics/methods/moreau.hpp"
 
 #include <cmath>
@@ -60,12 +60,12 @@ TEST(Moreau, BlockOnASlopeFollowsCoulombsLaw) {
     scene.constraints = {{"slope", kind}};
     const Trajectory path = run(scene, settings("moreau", 1, 1e-3));
     const double a = std::max(0., g * (std::sin(tilt) - friction * std::cos(tilt)));
-    // with constant forces the scheme is exact, but for what the impulses leave: 1e-8 of velocities a step
+    // with constant forces the scheme is exact up to the impulses' accuracy: 1e-8 of velocities a step
     EXPECT_NEAR(last(path.q)[0], a / 2, 1e-6) << friction;
     EXPECT_NEAR(last(path.v)[0], a, 1e-6) << friction;
     EXPECT_NEAR(last(path.q)[2], 0.1, 1e-6) << friction;
     EXPECT_TRUE(path.certificate.trusted) << path.certificate.reason;
-    // friction's work is in the books
+    // friction's work is in the balance
     EXPECT_NEAR(path.certificate.work_events, -2 * g * std::cos(tilt) * friction * a / 2, 1e-5) << friction;
   }
 }
@@ -77,20 +77,20 @@ TEST(Moreau, BouncingBallComesToRest) {
   scene.constraints = {over_floor("ball", 0.1, e, 0)};
   const double fall = std::sqrt(2 * height / g), rest = fall * (1 + 2 * e / (1 - e));
   const Trajectory path = run(scene, settings("moreau", 1.2 * rest, h));
-  // it may overlap by one step of its first impact, and rests where the last one left it
+  // the overlap is at most one step at the first impact's speed; the ball rests where the last impact left it
   const double deepest = h * std::sqrt(2 * g * height);
   EXPECT_LT(path.certificate.residuals[0].position, deepest);
   EXPECT_NEAR(last(path.q)[2], 0.1, deepest);
-  EXPECT_LT(last(path.q)[2] - 0.1, 1e-8);  // nor does it hover
+  EXPECT_LT(last(path.q)[2] - 0.1, 1e-8);  // nor above it
   EXPECT_LT(std::abs(last(path.v)[2]), 1e-9);
   EXPECT_TRUE(path.certificate.trusted) << path.certificate.reason;
   EXPECT_NEAR(path.certificate.work_events, -g * height, 10 * g * deepest);
-  // before its end it still moves
+  // before that it still moves
   EXPECT_GT(std::abs(last(run(scene, settings("moreau", 0.8 * rest, h)).v)[2]), 0.01);
 }
 
 TEST(Moreau, ConvergesToTheEventRun) {
-  // a ball thrown with spin on a floor that rubs, past its first two impacts
+  // a ball thrown with spin on a floor with friction, past its first two impacts
   Scene scene;
   Solid thrown = free_ball("ball", {0, 0, 0.4}, 0.1, 1);
   thrown.switches[0].v = {2};
@@ -103,7 +103,7 @@ TEST(Moreau, ConvergesToTheEventRun) {
     whole.energy_threshold = 1;  // no step is made in parts
     return (last(run(scene, whole).q).head(3) - reference).norm();
   };
-  // first order: where in a step an impact falls is chance, so over a factor of 64
+  // first order, measured over a factor of 64 because an impact's place in its step is random
   const double coarse = error(3.2e-3), fine = error(5e-5);
   EXPECT_LT(fine, 5e-5 * 5);  // two impacts of 2.4 m/s and less, within a step
   EXPECT_LT(fine, coarse / 16);
@@ -150,7 +150,7 @@ TEST(Moreau, HeapOfTwentyBallsComesToRest) {
     scene.constraints.push_back(over_floor(scene.solids[i].name, radius, 0.2, 0.6));
     for (int j = 0; j < i; ++j)
       scene.constraints.push_back(between(scene.solids[i].name, scene.solids[j].name, radius, 0.2, 0.6));
-    // rolling is damped a little, or balls roll on for ever
+    // rolling is damped a little, or balls would roll forever
     for (const char* axis : {"x", "y", "z"}) {
       const std::string coordinate = scene.solids[i].name + "." + axis;
       scene.efforts.push_back({coordinate + " drag", CoordinateSpring{{coordinate}, 0, 3, 0}});
@@ -160,7 +160,7 @@ TEST(Moreau, HeapOfTwentyBallsComesToRest) {
   const Certificate& c = path.certificate;
   double deepest = 0;
   for (const auto& residual : c.residuals) deepest = std::max(deepest, residual.position);
-  // an impact of neighbours may close a contact anew, each by one step of its speed (a fall of 1 m at most)
+  // an impact of neighbours may close a contact again, each by one step at its speed (a fall of 1 m at most)
   EXPECT_LT(deepest, 4 * h * std::sqrt(2 * 9.81));
   EXPECT_LT(last(path.v).cwiseAbs().maxCoeff(), 0.02);
   EXPECT_LT(path.kinetic.back(), 1e-4);
@@ -170,7 +170,7 @@ TEST(Moreau, HeapOfTwentyBallsComesToRest) {
 }
 
 TEST(Moreau, RecordsContactForces) {
-  // a ball that bounces and comes to rest: all that its floor did is what changed its momentum
+  // a ball that bounces and comes to rest: the floor's impulses equal its change of momentum
   Scene scene;
   scene.solids = {free_ball("ball", {0, 0, 0.4}, 0.1, 2)};
   scene.constraints = {over_floor("ball", 0.1, 0.5, 0)};
@@ -192,7 +192,7 @@ TEST(Moreau, RecordsContactForces) {
   EXPECT_EQ(last(rolls.contact_modes)[0], 2);
   EXPECT_NEAR(last(rolls.contact_forces)[0], 2 * 9.81, 1e-5);
   EXPECT_NEAR(last(rolls.multipliers).tail<2>().norm(), 2. / 7 * 2, 1e-5);
-  // with too little friction it slips
+  // with less friction it slips
   scene.constraints = {over_floor("ball", 0.1, 0, 0.01)};
   const Trajectory slips = run(scene, how);
   EXPECT_EQ(last(slips.contact_modes)[0], 1);
@@ -231,7 +231,7 @@ TEST(Moreau, CountsWorkOnRestingBodies) {
   EXPECT_TRUE(risen.certificate.trusted) << risen.certificate.reason;
   EXPECT_NEAR(risen.certificate.work_drives, 3 * 9.81, 1e-6);  // both are raised by a metre
 
-  // a block laid on a belt slips until it is as fast: the belt's drive gives m v^2, half of which is heat
+  // a block laid on a belt slips until both are equally fast: the belt's drive gives m v^2, half of it heat
   Scene belt;
   belt.solids = {solid("belt", "world", {driven(slide("along", Vector3d::UnitX()), Polynomial{{0, 1}})},
                        {inertial(1, {0, 0, 0}, {1, 1, 1})}),
@@ -257,7 +257,7 @@ INSTANTIATE_TEST_SUITE_P(OfEachWidth, MoreauInRegisters, ::testing::ValuesIn(all
 
 TEST_P(MoreauInRegisters, HumanFallsOntoTheFloor) {
   const System system = compiled(human_over_floor());
-  for (const double higher : {0., 0.001, 0.002}) {  // each falls into another heap
+  for (const double higher : {0., 0.001, 0.002}) {  // each ends in another pose
     State start = system.initial;
     start.q[2] += higher;
     const auto ran = simulate(system, start, settings("moreau", 5, 2e-3));
@@ -268,7 +268,7 @@ TEST_P(MoreauInRegisters, HumanFallsOntoTheFloor) {
     for (const ConstraintResidual& residual : c.residuals)
       EXPECT_LT(residual.position, 1e-3) << residual.constraint;
     EXPECT_GT(c.impacts, 20);
-    // the floor takes energy and never gives any: what is not its work is the balance's error
+    // the floor never adds energy: any gain is the balance's error
     double least = path.kinetic[0] + path.potential[0];
     for (std::size_t i = 1; i < path.times.size(); ++i) {
       const double now = path.kinetic[i] + path.potential[i];
@@ -300,8 +300,8 @@ TEST(Moreau, LongStepsOfAFallingHumanAreRarelySubdivided) {
     }
 }
 
-// Newton's law along a line: what whole steps would pass through is met in parts, and no energy but the
-// law's is lost; where it is met is known to a part.
+// Newton's law along a line: a target that whole steps would pass is hit by parts of steps. Only the law's
+// energy is lost, and the position of the impact is exact to one part.
 TEST(Moreau, FastBallDoesNotPassThroughATarget) {
   const double step = 1e-2, radius = 0.02, mass = 0.5, other = 2;
   int in_parts = 0;
@@ -322,16 +322,16 @@ TEST(Moreau, FastBallDoesNotPassThroughATarget) {
                      driven = common * (1 + e);
         EXPECT_NEAR(last(path.v)[0], after, ContactSolver::settled * speed);
         EXPECT_NEAR(last(path.v)[6], driven, ContactSolver::settled * speed);
-        // before and after it the way is straight: within one part it is met
+        // the path is straight before and after the impact, which is located within one part
         const double part = speed * path.certificate.smallest_step;
         EXPECT_NEAR(last(path.q)[0], speed * meets + after * (end - meets), 2 * part);
         EXPECT_NEAR(last(path.q)[7], away + driven * (end - meets), 2 * part);
       }
-  EXPECT_GE(in_parts, 9);  // where the other ball lies in the first half of a step
+  EXPECT_GE(in_parts, 9);  // when the other ball lies in the first half of a step
 }
 
-// A ball that rebounds without loss keeps its energy, however long the steps: what a moment of impact that is
-// known to a step only changes of it is bounded step by step, and on the whole, whether it gives or takes.
+// A ball that rebounds without loss keeps its energy for any step. The impact's time is known only to a step;
+// the resulting change of energy, a gain or a loss, is bounded per step and in total.
 TEST(Moreau, ElasticReboundsKeepEnergy) {
   for (const double height : {0.3, 0.5, 1., 2.})
     for (const double step : {2e-3, 5e-3, 1e-2, 2e-2})
@@ -345,7 +345,7 @@ TEST(Moreau, ElasticReboundsKeepEnergy) {
         const double kept = (path.kinetic[end] + path.potential[end] - 0.1 * 9.81) / (height * 9.81);
         EXPECT_NEAR(kept, std::pow(e, 2 * path.certificate.impacts), 1e-2) << height << ' ' << step;
         if (e < 1) continue;
-        // (what it has too much or too little is told)
+        // the certificate reports the gain or loss
         const double told = path.certificate.contact_error + path.certificate.energy_drift;
         EXPECT_LE(std::abs(kept - 1) * height * 9.81, told + 1e-9) << height << ' ' << step;
         EXPECT_LT(told, 1e-2 * path.certificate.energy_turnover);
@@ -366,7 +366,7 @@ TEST(Moreau, BallBetweenTwoWallsHitsBothOrIsDistrusted) {
       above.plane.on = {"world", {0, 0, 0.2 + room}};
       above.plane.normal = {0, 0, -1};
       const Trajectory path = run(scene, settings("moreau", 0.5, 1e-2));
-      const double flights = speed * 0.5 / room;  // between the walls
+      const double flights = speed * 0.5 / room;  // number of flights between the walls
       if (path.certificate.trusted) {
         EXPECT_NEAR(double(path.certificate.impacts), flights, std::max(1.5, 0.1 * flights))
             << room << ' ' << speed;
@@ -374,8 +374,8 @@ TEST(Moreau, BallBetweenTwoWallsHitsBothOrIsDistrusted) {
     }
 }
 
-// A ball pressed between a floor and a lid that comes down on it: no step, however short, has impulses for
-// that. The run says so, and costs some twenty steps for each of these.
+// A lid presses a ball onto a floor: no step, however short, has a solution for the impulses. The run reports
+// that and makes about twenty tries per step.
 TEST(Moreau, UnsolvableStepsAreNamedAtBoundedCost) {
   Scene scene;
   scene.solids = {free_ball("ball", {0, 0, 0.1}, 0.1, 1),
@@ -393,13 +393,13 @@ TEST(Moreau, UnsolvableStepsAreNamedAtBoundedCost) {
   EXPECT_FALSE(ran->certificate.trusted);
   EXPECT_NE(ran->certificate.reason.find("did not converge at t = 0.5"), std::string::npos)
       << ran->certificate.reason;
-  // of each of the steps that it is pressed in, half of all: 6 that are too long, four of the least parts
-  // with two tries to make them longer, and then longer and longer ones
+  // the ball is jammed in half of all steps. Each of them costs 6 tries that are too long, four of the
+  // smallest part with two tries of longer ones, and then ever longer parts
   EXPECT_LE(ran->certificate.steps_accepted + ran->certificate.steps_rejected, (0.5 + 0.5 * 20) / step);
 }
 
-/// Feet that hang from legs and swing into each other: side by side, they are nearest at one end of theirs
-/// and then, when that is put apart, at the other.
+/// Feet on legs swing into each other. Being nearly parallel, they are nearest at one end, and after
+/// separation there at the other end.
 Scene swinging_feet(Random& random) {
   Scene scene = human_over_floor();
   std::erase_if(scene.solids, [](const Solid& solid) {
@@ -438,7 +438,7 @@ TEST(Moreau, CorrectsOverlapOfMovingFeet) {
   EXPECT_GE(met, 150);
 }
 
-// Rows that hold in the same scene, but of bodies that nothing else touches, change nothing of the others.
+// Constraints on bodies that nothing else touches do not change the other bodies.
 TEST(Moreau, UnrelatedConstraintsChangeNothing) {
   Random random(1);
   int in_parts = 0;
@@ -461,7 +461,7 @@ TEST(Moreau, UnrelatedConstraintsChangeNothing) {
     const Certificate &a = alone.certificate, &b = beside.certificate;
     EXPECT_EQ(b.trusted, a.trusted) << trial << ' ' << a.reason << ' ' << b.reason;
     EXPECT_EQ(b.steps_rejected, a.steps_rejected) << trial;
-    // (other sums round otherwise, which a second of swings makes more of)
+    // sums round differently, which a second of motion amplifies
     EXPECT_NEAR(b.work_efforts, a.work_efforts, 1e-9 * a.energy_turnover) << trial;
     EXPECT_NEAR(b.energy_drift, a.energy_drift, 1e-9 * a.energy_turnover) << trial;
     in_parts += a.steps_rejected > 0;
@@ -469,8 +469,8 @@ TEST(Moreau, UnrelatedConstraintsChangeNothing) {
   EXPECT_GE(in_parts, 40);
 }
 
-// Two balls on a rod (twice: one of its rows says nothing) come down on a floor one after the other, beside
-// the run that locates the impacts.
+// Two balls on a rod (given twice, so one row is dependent) land one after the other; reference: a run that
+// locates the impacts.
 TEST(Moreau, BallsOnARodLandAsInEventRuns) {
   for (const bool twice : {false, true}) {
     Scene scene;
@@ -491,7 +491,7 @@ TEST(Moreau, BallsOnARodLandAsInEventRuns) {
       return (last(path.q) - last(reference.q)).cwiseAbs().maxCoeff();
     };
     const double coarse = error(4e-3), fine = error(2.5e-4);
-    EXPECT_LT(fine, coarse / 4);  // first order: 16, and where in a step impacts fall is chance
+    EXPECT_LT(fine, coarse / 4);  // first order would give 16; impacts fall anywhere in a step
     EXPECT_LT(fine, 1e-3);
   }
 }
@@ -508,7 +508,7 @@ TEST(Moreau, HumanFallConvergesToTheEventRun) {
     return (last(path.gravity_centre) - last(reference.gravity_centre)).norm();
   };
   const double coarse = error(4e-3), fine = error(2.5e-4);
-  EXPECT_LT(fine, coarse / 8);  // first order: 16, and where in a step impacts fall is chance
+  EXPECT_LT(fine, coarse / 8);  // first order would give 16; impacts fall anywhere in a step
   EXPECT_LT(fine, 1e-3);
 }
 

@@ -1,4 +1,4 @@
-// The motion of a system as a differential equation: several states side by side against one by one.
+// The motion of a system as a differential equation: several states in lanes equal single states.
 #include "dynamics/methods/motion_flow.hpp"
 
 #include <Eigen/Eigenvalues>
@@ -15,7 +15,7 @@ SimulationSettings recursive() {
   return settings;
 }
 
-/// A flow begun at a random state.
+/// A flow started at a random state.
 struct Begun {
   Begun(const System& system, unsigned seed)
       : w(system, Equations::recursive),
@@ -33,7 +33,7 @@ struct Begun {
   bool solved;
 };
 
-/// Of the mass matrix: so many times is rounding enlarged in accelerations.
+/// Condition of the mass matrix, the amplification of rounding in accelerations.
 double condition(const System& system, const State& state) {
   const Eigen::MatrixXd A = need(evaluate(system, state)).mass_matrix;
   const Eigen::VectorXd eigenvalues = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(A).eigenvalues();
@@ -102,7 +102,7 @@ TEST(MotionFlow, HasLanesForTimeInvariantBatchScenes) {
   };
   EXPECT_TRUE(fits(chain(3, false)));
   EXPECT_FALSE(fits(chain(3, false), Equations::lagrange));
-  EXPECT_FALSE(fits(bars(9)));  // each swings by itself
+  EXPECT_FALSE(fits(bars(9)));  // all independent
   Scene scene = chain(3, false);
   scene.constraints = {{"tie", CoordinateCoupling{{{"h0"}, {"h1"}}, {1, -1}, constant(0)}}};
   EXPECT_FALSE(fits(scene));
@@ -117,7 +117,7 @@ TEST(MotionFlow, HasLanesForTimeInvariantBatchScenes) {
   }
 }
 
-// Two turns about one line: elimination cannot tell what meets the first.
+// Two rotations about one line: elimination finds no inertia for the first.
 TEST(MotionFlow, DropsItsLanesAfterASingularOne) {
   const System system = compiled(aligning_turns());
   Begun begun(system, 3);

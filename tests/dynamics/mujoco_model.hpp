@@ -1,5 +1,4 @@
-// A model in MuJoCo, and its equations of motion beside ours. Only where MuJoCo is installed
-// (BORELLI_MUJOCO).
+// A model in MuJoCo, and comparison of its equations of motion with ours. Needs MuJoCo (BORELLI_MUJOCO).
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -43,7 +42,7 @@ struct Mujoco {
   Mujoco(const Mujoco&) = delete;
   Mujoco& operator=(const Mujoco&) = delete;
 
-  /// A, what drives (passive + applied - bias) and accelerations at a state in MuJoCo's order.
+  /// A, driving efforts (passive + applied - bias) and accelerations at a state, in MuJoCo's order.
   struct Terms {
     Rows A;
     Eigen::VectorXd drive, acceleration;
@@ -64,22 +63,22 @@ struct Mujoco {
   }
 };
 
-/// The largest difference against the largest entry of what is expected.
+/// The largest difference relative to the largest expected entry.
 inline double relative_to_largest(const Eigen::MatrixXd& a, const Eigen::MatrixXd& expected) {
   return (a - expected).cwiseAbs().maxCoeff() / expected.cwiseAbs().maxCoeff();
 }
 
-/// Where each of MuJoCo's positions and velocities stands in the system; empty: at the same place.
+/// Index in the system of each of MuJoCo's positions and velocities; empty: the same index.
 struct Order {
   std::vector<Eigen::Index> q, v;
 };
-/// Where MuJoCo's positions and velocities stand in the system, by the names of joints.
+/// Indices of MuJoCo's positions and velocities in the system, by joint names.
 inline Order order_in(const System& system, const mjModel& model) {
   Order order{std::vector<Eigen::Index>(std::size_t(model.nq)),
               std::vector<Eigen::Index>(std::size_t(model.nv))};
   for (const CoordinateInfo& info : system.coordinates) {
     int id = mj_name2id(&model, mjOBJ_JOINT, info.name.c_str()), q = 0, v = 0;
-    if (id < 0) {  // of a free joint: NAME.x or NAME_x, and so on
+    if (id < 0) {  // coordinate of a free joint: NAME.x or NAME_x, and so on
       const auto dot = info.name.find_last_of("._");
       id = mj_name2id(&model, mjOBJ_JOINT, info.name.substr(0, dot).c_str());
       const std::string part = info.name.substr(dot + 1);

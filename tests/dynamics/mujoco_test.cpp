@@ -1,5 +1,5 @@
-// A, Q - B and accelerations against MuJoCo on random trees of hinges, slides, balls and free bodies: another
-// program, by other equations. Built only where MuJoCo is installed.
+// A, Q - B and accelerations against MuJoCo on random trees of hinges, slides, balls and free bodies. Needs
+// MuJoCo.
 #include <gtest/gtest.h>
 
 #ifdef BORELLI_MUJOCO

@@ -1,4 +1,4 @@
-// The same random tree for this engine and for MuJoCo. Only where MuJoCo is installed.
+// The same random tree for this engine and for MuJoCo. Needs MuJoCo.
 #pragma once
 
 #include "mujoco_model.hpp"
@@ -13,7 +13,7 @@ inline std::string numbers(const Eigen::VectorXd& v) {
   return out;
 }
 
-/// The same random tree as a scene and in MuJoCo's language.
+/// A random tree as a scene and as MJCF.
 struct Twin {
   Scene scene;
   std::string xml;

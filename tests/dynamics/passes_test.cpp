@@ -13,7 +13,7 @@
 namespace borelli::test::scan_test {
 namespace {
 
-// of central differences with step h: h^2 times third derivatives (some 100), and rounding / h
+// of central differences with step h: h^2 times third derivatives (about 100), and rounding / h
 constexpr double h = 1e-5, tolerance = 2e-7;
 
 /// A system with its state, evaluated at displaced states.
@@ -83,7 +83,7 @@ TEST(Efforts, SpringWorkEqualsTheLossOfPotential) {
     const Probe probe(tree_with(kind, true), 12);
     const Workspace now = probe.now();
     const double loss = (probe.later(h).terms.potential - probe.later(-h).terms.potential) / (2 * h);
-    // all that the effort does: from the potential, and by the damper
+    // the effort's total power: from the potential and the damper
     EXPECT_NEAR(now.terms.Q.dot(now.kinematics.u), now.efforts.power - loss, 30 * tolerance) << kind.index();
     if (i < springs(0, 0).size()) {
       EXPECT_LE(now.efforts.power, 0);  // (a moving target may give energy)
@@ -106,7 +106,7 @@ TEST(Efforts, InternalPairDoesNotMoveTheGravityCentre) {
   const Probe probe(scene, 5);
   const Workspace w = probe.now();
   EXPECT_LT((w.efforts.force[1] + w.efforts.force[2]).norm(), 1e-13);
-  // the moments about the world's origin: all but the pair of forces, whose lines of action differ
+  // moments about the world's origin vanish, except for the pair of forces, whose lines of action differ
   Vector3d moment = Vector3d::Zero();
   for (int b : {1, 2}) moment += w.efforts.moment[b] + w.kinematics.bodies[b].g.cross(w.efforts.force[b]);
   const Pose &X_a = w.kinematics.bodies[1].X, &X_b = w.kinematics.bodies[2].X;
@@ -133,7 +133,7 @@ TEST(Efforts, ForceWorksAlongItsPointsVelocity) {
 
 // ---- constraints ----
 
-/// A curve's points in a plane askew, where the directions across it turn no more than it does.
+/// Points of a curve in an oblique plane, where the normal directions turn only with the curve.
 std::vector<Vector3d> in_a_plane() {
   const Vector3d u = Vector3d(1, 2, -2) / 3, v = Vector3d(2, 1, 2) / 3;
   std::vector<Vector3d> out;
@@ -200,7 +200,7 @@ TEST_P(ConstraintKinds, JacobianIsTheGradientOfTheResidual) {
   for (int i = 0; i < probe.system.nv; ++i) {
     const Eigen::VectorXd slope = (probe.along(i, h).rows.h - probe.along(i, -h).rows.h) / (2 * h);
     for (int r = 0; r < probe.system.rows; ++r) {
-      // what kinematic ones hold: kinematic_constraints_test.cpp
+      // kinematic rows are tested in kinematic_constraints_test.cpp
       const double asked = probe.system.kinematic_rows[r] ? 0 : now.rows.L(r, i);
       EXPECT_NEAR(slope[r], asked, tolerance) << i;
     }
@@ -222,14 +222,14 @@ TEST_P(ConstraintKinds, AccelerationKeepsTheSecondDerivativeZero) {
   ASSERT_FALSE(accelerate(probe.system, probe.system.parameters, probe.state.t, probe.state.q.data(),
                           probe.state.v.data(), {}, w));
   const Eigen::VectorXd second = w.rows.L.leftCols(probe.system.nv) * w.a + w.rows.E;
-  for (int k = 0; k < w.solver.rank(); ++k)  // a weld may ask more than its solids' free coordinates can give
+  for (int k = 0; k < w.solver.rank(); ++k)  // a weld may demand more than its solids' free coordinates allow
     EXPECT_LT(std::abs(second[w.solver.order()[k]]), 1e-11 * (1 + w.rows.E.norm() + w.a.norm()));
   const Eigen::MatrixXd unit_rows = w.rows.L.leftCols(probe.system.nv).rowwise().normalized();
   EXPECT_EQ(w.solver.rank(),
             Eigen::ColPivHouseholderQR<Eigen::MatrixXd>(unit_rows).setThreshold(1e-8).rank());
 }
 
-// The rows over dual numbers: all that the derivatives of the dynamics are made of.
+// Rows over dual numbers, from which the derivatives of the dynamics come.
 TEST_P(ConstraintKinds, DynamicsDerivativesMatchDifferences) {
   const System& system = probe.system;
   const ForwardDerivatives exact = need(forward_derivatives(system, probe.state));
@@ -240,7 +240,7 @@ TEST_P(ConstraintKinds, DynamicsDerivativesMatchDifferences) {
     return need(evaluate(system, state)).acceleration;
   };
   const Eigen::VectorXd zero = Eigen::VectorXd::Zero(system.nv);
-  // differences with step h: h^2 times third derivatives over those of the first (some 1e3), rounding / h
+  // differences with step h: h^2 times third derivatives over those of the first (about 1e3), rounding / h
   const double scale = 1 + exact.acceleration_by_q.norm() + exact.acceleration_by_v.norm();
   for (int i = 0; i < system.nv; ++i) {
     const Eigen::VectorXd x = h * Eigen::VectorXd::Unit(system.nv, i);

@@ -1,4 +1,4 @@
-// Starts at which things overlap, put apart: least moves against closed forms.
+// Separation of overlapping starts: least moves against closed forms.
 #include "dynamics/contacts/put_apart.hpp"
 
 #include <cmath>
@@ -10,7 +10,7 @@ namespace {
 
 constexpr double radius = 0.1;
 
-// Balls on a line along x, each on a slide of its own.
+// Balls on a line along x, each on its own slide.
 Scene row_of_balls(const std::vector<double>& places, const std::vector<double>& masses) {
   Scene scene;
   scene.gravity.setZero();
@@ -55,7 +55,7 @@ TEST(PutApart, TwoBodiesMoveInverselyToTheirMasses) {
 }
 
 TEST(PutApart, MovesNeighboursInContactToo) {
-  // the second and third just touch: then all three move, as least squares have it (-2d/3, d/3, d/3)
+  // the second and third just touch, so all three move, by least squares (-2d/3, d/3, d/3)
   const System system = compiled(row_of_balls({0, 0.17, 0.37}, {1, 1, 1}));
   State state = system.initial;
   moved(system, state);
@@ -128,7 +128,7 @@ TEST(PutApart, SeparatesAHeap) {
       least = std::min(least, (at - Vector3d(state.q.segment<3>(7 * j))).norm() / (2 * radius));
   }
   EXPECT_GT(least, 1 - 2e-9);
-  EXPECT_LT(farthest, 4 * radius);  // most overlapped, some by all but their size
+  EXPECT_LT(farthest, 4 * radius);  // most overlapped, some almost completely
 }
 
 TEST(PutApart, NamesContactsWithoutRoom) {

@@ -1,4 +1,5 @@
-// Against SciPy's make_interp_spline(k=5) with third and fourth derivatives zero at both ends.
+// The quintic spline against SciPy's make_interp_spline(k=5) with zero third and fourth derivatives at both
+// ends.
 #include "dynamics/inverse/quintic_spline.hpp"
 
 #include <gtest/gtest.h>
@@ -12,7 +13,7 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-TEST(QuinticSpline, IsTheNaturalInterpolantOfScipy) {
+TEST(QuinticSpline, EqualsScipysNaturalSpline) {
   const std::vector<double> times{0, 0.1, 0.25, 0.3, 0.55, 0.7, 1.0, 1.1};
   MatrixXd values(8, 1);
   values << 1.0, 0.5, -0.3, -0.2, 0.8, 1.4, 0.2, 0.1;
@@ -53,13 +54,13 @@ TEST(QuinticSpline, ErrorInTheMiddleFallsWithTheSixthPowerOfTheStep) {
       error = std::max({error, std::abs(value[0] - std::sin(3 * t)), std::abs(value[1] - std::exp(-t))});
     }
     if (before > 0) {
-      EXPECT_GT(before / error, 40);  // 2^6 = 64, less what the ends send in
+      EXPECT_GT(before / error, 40);  // 2^6 = 64, less the effect of the ends
     }
     before = error;
   }
 }
 
-TEST(QuinticSpline, RefusesWhatHasNoSpline) {
+TEST(QuinticSpline, RefusesInvalidData) {
   const MatrixXd values = MatrixXd::Zero(3, 1);
   EXPECT_FALSE(QuinticSpline::through({0, 1}, MatrixXd::Zero(2, 1)));
   EXPECT_FALSE(QuinticSpline::through({0, 1, 1}, values));

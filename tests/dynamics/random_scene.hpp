@@ -1,4 +1,4 @@
-// A random scene with all that a scene may hold.
+// A random scene with all elements of scenes.
 #pragma once
 
 #include "scenes.hpp"
@@ -27,7 +27,7 @@ class RandomScene {
     std::vector<Switch> switches;
     if (random_.integer(0, 3))
       switches.push_back(fixed(random_.vector(0.5), rotation_matrix(random_.turn())));
-    // the last solid of each branch has mass, so that every coordinate moves some
+    // the last solid of each branch has mass, so that every coordinate moves mass
     const bool massless = i % 4 == 1 && i + 1 < solids;
     const bool welded = i % 5 == 3;
     const int count = welded ? 0 : massless ? 1 : random_.integer(1, 3);
@@ -35,7 +35,7 @@ class RandomScene {
     for (int j = 0; j < count; ++j) {
       const std::string name = fmt::format("c{}{}", i, j);
       int kind = random_.integer(0, 2);
-      if (balled || (kind == 2 && turned)) kind = 1;  // no two turns about one axis in one point
+      if (balled || (kind == 2 && turned)) kind = 1;  // no two rotations about one axis through one point
       Switch one = kind == 0   ? hinge(name, random_.direction())
                    : kind == 1 ? slide(name, random_.direction())
                                : ball(name);
@@ -55,7 +55,7 @@ class RandomScene {
     }
     std::string parent = "world";
     if (i > 0 && i % 4 == 2)
-      parent = fmt::format("s{}", i - 1);  // what the massless one carries
+      parent = fmt::format("s{}", i - 1);  // carried by the massless solid
     else if (i > 0 && random_.integer(0, 5))
       parent = fmt::format("s{}", random_.integer(0, i - 1));
     std::vector<Inertial> inertials;

@@ -1,5 +1,5 @@
-// What joints transmit: statics and a pendulum by hand, the equations of motion of every coordinate, MuJoCo's
-// interaction forces.
+// Joint reactions against statics and a pendulum by hand, the equations of motion of every coordinate, and
+// MuJoCo's interaction forces.
 #include "dynamics/equations/reaction.hpp"
 
 #include "dynamics/constraints/local_coordinates.hpp"
@@ -47,8 +47,8 @@ TEST(Reaction, OfAHangingChainEqualsTheWeightBelow) {
   }
 }
 
-// A bar of four welded and locked pieces of 0.5 m, each of 3 kg, stands out of a wall: the moment at each
-// weld is that of the weight beyond it.
+// A bar of four welded or locked pieces of 0.5 m and 3 kg sticks out of a wall: each weld bears the moment of
+// the weight beyond it.
 TEST(Reaction, OfWeldsAndLockedJointsEqualsABeams) {
   Scene scene;
   for (int i = 0; i < 4; ++i) {
@@ -71,9 +71,9 @@ TEST(Reaction, OfWeldsAndLockedJointsEqualsABeams) {
   EXPECT_LT((r[2].R_WP - rotation_about(Vector3d::UnitX(), 0.6)).norm(), 1e-15);
 }
 
-// Along the twist of a joint's last switch the reaction does what is left of its own row of the equations:
-// the efforts on the coordinate itself, and the drive. (That A, B, Q, L and the drives' efforts are right is
-// tested elsewhere.) All kinds of joints, springs, forces, constraints; welds and locks on the way.
+// Along the twist of a joint's last switch, the reaction equals the efforts on the coordinate itself plus the
+// drive's effort. (Other tests check A, B, Q, L and the drives' efforts.) Scenes have all kinds of joints,
+// springs, forces, constraints, welds and locks.
 TEST(Reaction, AlongEachCoordinateEqualsItsEffort) {
   int compared = 0;
   for (const bool constrained : {false, true})
@@ -108,7 +108,7 @@ TEST(Reaction, AlongEachCoordinateEqualsItsEffort) {
   EXPECT_GT(compared, 100);
 }
 
-// A door on two hinges: a second one, as a constraint, can take any part of the load along the axis.
+// A door on two hinges: the second hinge, a constraint, can bear any share of the load along the axis.
 TEST(Reaction, WithRedundantConstraintsIsNotUnique) {
   Scene scene;
   scene.solids = {solid("door", "world", {hinge("turn", Vector3d::UnitZ(), 0, 2)},
@@ -122,7 +122,7 @@ TEST(Reaction, WithRedundantConstraintsIsNotUnique) {
   EXPECT_TRUE(r[1].unique);
   scene.constraints.clear();
   EXPECT_TRUE(reactions_at(scene, system.initial)[0].unique);
-  // a rod that holds the door is its only hold
+  // a rod alone holds the door
   scene.constraints = {{"rod", Distance{{"door", {0.8, 0, 1}}, {"world", {0.8, -1, 1}}, constant(1)}}};
   EXPECT_TRUE(reactions_at(scene, system.initial)[0].unique);
 }
@@ -146,7 +146,7 @@ TEST(Reaction, IsWrittenForEveryRowOfATrajectory) {
   }
 }
 
-// What a ball that lies on the ground has from it is a contact's; through its joints goes nothing.
+// The ground's force on a resting ball is a contact force; its joints transmit nothing.
 TEST(Reaction, IncludesContactForces) {
   Scene scene;
   scene.solids = {

@@ -1,4 +1,4 @@
-// Against motions with known velocities and accelerations.
+// Recorded motions against motions with known velocities and accelerations.
 #include "dynamics/inverse/recorded_motion.hpp"
 
 #include "scenes.hpp"
@@ -28,7 +28,7 @@ System three_joints() {
   return compiled(scene);
 }
 
-/// The ball's angular velocity in its own axes, by differences of its rotation.
+/// The ball's angular velocity in body axes, by differences of its rotation.
 Vector3d spin(double t) {
   const double h = 1e-5;
   const auto R = [](double at) {
@@ -45,7 +45,7 @@ TEST(RecordedMotion, GivesVelocitiesAndAccelerationsOfEveryCoordinate) {
   for (int i = 0; i <= 400; ++i) {
     positions.times.push_back(0.01 * i);
     positions.q.row(i) = known(0.01 * i).q.transpose();
-    if (i % 3 == 1) positions.q.row(i).tail<4>() *= -1;  // the same turn
+    if (i % 3 == 1) positions.q.row(i).tail<4>() *= -1;  // the same rotation
   }
   const RecordedMotion motion = need(RecordedMotion::of(system, positions, 0));
   State state;

@@ -1,5 +1,5 @@
-// The recursive equations against the paper's scan: the same scene by two programs' worth of different
-// formulas, over random trees with all that a scene may hold.
+// The recursive equations against the paper's scan, two independent sets of formulas, on random trees with
+// all elements of scenes.
 #include "dynamics/equations/recursive.hpp"
 
 #include <Eigen/Eigenvalues>
@@ -15,7 +15,7 @@
 namespace borelli::test::recursive_test {
 namespace {
 
-/// The largest difference beside the largest entry.
+/// The largest difference relative to the largest entry.
 double relative(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
   if (b.size() == 0) return 0;
   return (a - b).cwiseAbs().maxCoeff() / std::max(1e-3, b.cwiseAbs().maxCoeff());
@@ -47,7 +47,7 @@ void compare(const System& system, const Parameters& p, const State& state, cons
   const int free = system.nv;
   const Rows free_A = Rows(w.lagrange.terms.A.selfadjointView<Eigen::Lower>()).topLeftCorner(free, free);
   if (fault || same || condition(free_A) > 1e10) {
-    // a coordinate that others can undo, or so nearly that rounding decides whether it can
+    // a coordinate depends on others, exactly or up to rounding
     EXPECT_GT(condition(free_A), 1e10) << which;
     EXPECT_TRUE(!fault || fault.kind == Fault::Kind::singular_mass) << which;
     const Fault again = accelerate(system, p, state.t, state.q.data(), state.v.data(), {}, w.recursive);
@@ -55,7 +55,7 @@ void compare(const System& system, const Parameters& p, const State& state, cons
     return;
   }
   const LagrangeTerms &l = w.lagrange.terms, &r = w.recursive.terms;
-  // sums of some hundred terms: 1e-14 each of the largest
+  // sums of about a hundred terms: 1e-14 each of the largest
   const Rows A = l.A.selfadjointView<Eigen::Lower>();
   EXPECT_LT(relative(r.A.selfadjointView<Eigen::Lower>(), A), 1e-12) << which;
   EXPECT_LT(relative(r.B, l.B), 1e-12) << which;
@@ -80,7 +80,7 @@ void compare(const System& system, const Parameters& p, const State& state, cons
             1e-12 * (moved.cwiseAbs().maxCoeff() + l.B.cwiseAbs().maxCoeff() + l.Q.cwiseAbs().maxCoeff()))
       << which;
 
-  // rounding of the terms (some 10 units), times what solving with A and with the rows makes of it
+  // rounding of the terms (about 10 units) times the conditions of A and of the rows
   const int n = system.nv;
   double amplified = condition(A.topLeftCorner(n, n));
   if (system.rows > 0) amplified *= condition(w.lagrange.rows.L.leftCols(n));
@@ -94,7 +94,7 @@ void compare(const System& system, const Parameters& p, const State& state, cons
     EXPECT_NEAR(w.recursive.power.total(), w.lagrange.power.total(),
                 bound * (1 + std::abs(w.lagrange.power.total())))
         << which;
-    // and by the equations themselves, whatever the condition of A: the residual beside its largest part
+    // the equations' residual relative to its largest term, for any condition of A
     const Eigen::VectorXd residual = A.topLeftCorner(n, n) * w.recursive.a + l.B.head(n) - l.Q.head(n) -
                                      w.lagrange.rows.L.leftCols(n).transpose() * w.recursive.multipliers;
     const double part =
@@ -103,13 +103,13 @@ void compare(const System& system, const Parameters& p, const State& state, cons
         (system.rows ? w.lagrange.rows.L.cwiseAbs().maxCoeff() * w.recursive.multipliers.cwiseAbs().maxCoeff()
                      : 0);
     EXPECT_LT(residual.cwiseAbs().maxCoeff(), 1e-12 * part) << which;
-    if (system.driven_nv > 0) {  // sums of such parts, which may nearly cancel
+    if (system.driven_nv > 0) {  // sums of such terms, which may nearly cancel
       EXPECT_LT((w.recursive.drive_efforts - w.lagrange.drive_efforts).cwiseAbs().maxCoeff(), bound * part)
           << which;
     }
   }
 
-  // what is left out within a step is the same when it is asked for afterwards
+  // terms that a step leaves out are the same when computed afterwards
   const LagrangeTerms all = w.recursive.terms;
   const std::vector<BodyMotion> bodies = w.recursive.kinematics.bodies;
   Workspace later(system, Equations::recursive);
@@ -136,7 +136,7 @@ void compare_random(int solids, bool constrained, Welds welds = Welds::merged, b
     Scene scene = RandomScene(seed, solids, constrained).scene;
     if (!acted) scene.efforts.clear();
     const auto system = compile(scene, welds);
-    if (!system || system->nv == 0) continue;  // a coordinate that moves no mass: the compiler's to refuse
+    if (!system || system->nv == 0) continue;  // compile() refuses coordinates that move no mass
     State state = Random(seed + 500).state(*system);
     state.t = 0.3;
     compare(*system, state, fmt::format("seed {}, {} solids", seed, solids));
@@ -155,9 +155,9 @@ TEST(Recursive, EqualsLagrangeOnLongChains) {
   compare(system, Random(1).state(system), "chain");
 }
 
-// What is computed side by side: limbs of one form with other numbers, on solids of a random scene and on the
-// world, from two to nine of each; with springs and forces on some, with rotors, some carried by solids
-// without mass, and with parameters that are changed afterwards.
+// Limbs of equal structure are computed in lanes. Two to nine limbs with different numbers are attached to
+// solids of a random scene and to the world; some have springs, forces or rotors, some hang from massless
+// solids, and parameters change afterwards.
 TEST(Recursive, IdenticalLimbsEqualLagrange) {
   int compared = 0, massless_trees = 0, lanes_used[Quad::count + 1] = {};
   for (unsigned seed = 0; seed < 60; ++seed) {
@@ -227,8 +227,8 @@ TEST(Recursive, IdenticalLimbsEqualLagrange) {
   for (int lanes = 2; lanes <= Quad::count; ++lanes) EXPECT_GT(lanes_used[lanes], 10) << lanes;
 }
 
-// Balls at the very origin of what carries them leave it a mass to push and nothing else; hinges beside them
-// more, and that must not last until the next evaluation.
+// Ball joints at the parent's origin pass only mass to the parent; hinges pass more, which must not remain
+// for the next evaluation.
 TEST(Recursive, IdenticalBallsAtTheOriginEqualLagrange) {
   int balls_first = 0;
   for (const bool listed_first : {true, false}) {
@@ -281,8 +281,8 @@ TEST(Recursive, IdenticalLimbsOnWeldedBasesEqualLagrange) {
   }
 }
 
-// Hands on balls, side by side, on arms and on the world: what is known of them in their own axes is found
-// again when they change.
+// Hands on ball joints, in lanes, on arms and on the world: values cached in body axes are updated when
+// inertials change.
 TEST(Recursive, PendantsUseChangedInertials) {
   for (const bool on_arms : {true, false}) {
     Random random(3);
@@ -330,7 +330,7 @@ TEST(Recursive, PendantsUseChangedInertials) {
   }
 }
 
-// Accelerations that were given are forgotten where none are.
+// Given accelerations do not remain for a call without any.
 TEST(Recursive, ForgetsGivenAccelerations) {
   for (const Equations equations : {Equations::lagrange, Equations::recursive}) {
     const System system = compiled(RandomScene(1, 6, false).scene);
@@ -352,8 +352,7 @@ TEST(Recursive, ForgetsGivenAccelerations) {
   }
 }
 
-// A rack of pendulums, each alone on the world: what they need of their parameters is found once, and again
-// when these change.
+// A rack of independent pendulums: values cached from their parameters are updated when these change.
 TEST(Recursive, PendulumsUseChangedParameters) {
   for (unsigned seed = 0; seed < 20; ++seed) {
     SCOPED_TRACE(seed);
@@ -403,7 +402,7 @@ TEST(Recursive, PendulumsUseChangedParameters) {
       complete(system, p, w.recursive);
       same(w.recursive, w.lagrange);
     }
-    // one without mass on its axis meets nothing, and is named
+    // a pendulum without inertia about its axis is named
     p.inertials[body] = {1, Vector3d::Zero(), Eigen::Matrix3d::Zero()};
     p.armatures[step] = 0;
     const Fault fault = accelerate(system, p, 0, q, v, {}, w.recursive, nullptr, Wanted::accelerations);
@@ -412,8 +411,7 @@ TEST(Recursive, PendulumsUseChangedParameters) {
   }
 }
 
-// The mass matrix asks for poses only; over drives that carry free coordinates, over balls and over many
-// branches.
+// The mass matrix needs poses only: with drives that carry free coordinates, balls and many branches.
 TEST(Recursive, MassMatrixNeedsOnlyPoses) {
   for (unsigned seed = 0; seed < 10; ++seed) {
     const System system = compiled(random_tree(seed, {.balls = true, .drives = true}));
@@ -432,8 +430,8 @@ TEST(Recursive, MassMatrixNeedsOnlyPoses) {
   }
 }
 
-// Mass ratios of a million, and all of it a kilometre from the world's origin: what rounding does then must
-// not differ by more than the distance (in lengths of the scene, 1e3) times what it does near by.
+// Mass ratios of a million, a kilometre from the world's origin. Rounding may grow by the distance in lengths
+// of the scene (1e3), not more.
 TEST(Recursive, EqualsLagrangeFarFromTheOrigin) {
   Scene scene = chain(6, true);
   scene.solids[0].switches.insert(scene.solids[0].switches.begin(), fixed({1000, 500, -300}));
@@ -448,8 +446,8 @@ TEST(Recursive, EqualsLagrangeFarFromTheOrigin) {
   EXPECT_LT(error, 1e3 * 10 * 2.3e-16 * std::sqrt(condition(A)));
 }
 
-// The same chain elsewhere asks for the same efforts, to the last digits: links know where they are from each
-// other, not from the world's origin.
+// The same chain far away needs the same efforts to the last digits, since links are placed relative to each
+// other.
 TEST(Recursive, InverseDynamicsLosesNoDigitsFarFromTheOrigin) {
   Scene scene = chain(6, true);
   const System near = compiled(scene);
@@ -476,8 +474,7 @@ TEST(Recursive, NamesACoordinateWithoutInertia) {
   }
 }
 
-// A bar's moment about its own axis may be as small as one likes beside the others: it is inertia, not
-// rounding.
+// A bar's moment about its own axis may be arbitrarily small: it is inertia, not rounding.
 TEST(Recursive, ThinBarRotatesAboutItsAxis) {
   Scene scene;
   scene.gravity.setZero();
@@ -491,8 +488,8 @@ TEST(Recursive, ThinBarRotatesAboutItsAxis) {
   }
 }
 
-// A hinge that carries a slide along its own arc has nothing to turn but its own inertia: what else meets it
-// is the rounding of what it carries at a distance.
+// A hinge carries a slide along its own arc, so only its own inertia resists it. The carried mass at a
+// distance leaves rounding.
 TEST(Recursive, NamesInertiaLostInRounding) {
   const Vector3d out(1.1, 0.3, 0), along = Vector3d::UnitZ().cross(out).normalized();
   for (const double own : {1e-15, 1e-6}) {
@@ -511,14 +508,14 @@ TEST(Recursive, NamesInertiaLostInRounding) {
         EXPECT_NE(evaluated.error().what.find("mass matrix is singular"), std::string::npos)
             << evaluated.error().what;
       } else {
-        // to what elimination leaves of 1e-16 of 1.7 kg at 1.14 m beside it
+        // up to the rounding of 1.7 kg at 1.14 m, 1e-16 of it, over 1e-6
         EXPECT_NEAR(need(evaluated).acceleration[0], 1, 1e-9);
       }
     }
   }
 }
 
-// What accelerations are held against is no less than what a body resists about any axis.
+// The bound for judging accelerations is at least the body's inertia about any axis.
 TEST(Recursive, InertiaBoundIsNotBelowTheInertia) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> number(-1, 1);
@@ -538,7 +535,7 @@ TEST(Recursive, InertiaBoundIsNotBelowTheInertia) {
     EXPECT_EQ(bound.mass, mass);
     EXPECT_GE(bound.polar_inertia(), largest);
     EXPECT_LE(bound.polar_inertia(), 2 * inertial.tensor.trace() + 3 * mass * centre.squaredNorm());
-    // of several side by side, of each
+    // in lanes, for each lane
     VariedInertial<Lanes> eight;
     std::vector<Inertial> each;
     for (int lane = 0; lane < Lanes::count; ++lane) {
@@ -555,7 +552,7 @@ TEST(Recursive, InertiaBoundIsNotBelowTheInertia) {
   }
 }
 
-// Balls are released at once, as a symmetric 3x3 matrix; where that is nearly singular, axis by axis.
+// Ball joints are eliminated as a symmetric 3x3 matrix, or axis by axis if it is nearly singular.
 TEST(Recursive, BallsOfThinBarsEqualLagrange) {
   for (const double thin : {1e-2, 1e-4, 1e-6}) {
     Scene scene;

@@ -1,6 +1,6 @@
-// The rooted trees by which order conditions are written: a Runge-Kutta method is of order p if, for each
-// tree of at most p nodes, the sum of weights times the tree's stage products is 1 / gamma (Butcher 1963;
-// Hairer, Norsett, Wanner, Solving ODEs I, theorem II.2.13).
+// The rooted trees of order conditions: a Runge-Kutta method is of order p if, for each tree of at most p
+// nodes, the sum of weights times the tree's stage products is 1 / gamma (Butcher 1963; Hairer, Norsett,
+// Wanner, Solving ODEs I, theorem II.2.13).
 #pragma once
 
 #include <Eigen/Core>
@@ -14,7 +14,7 @@ struct RootedTree {
   std::vector<int> branches;  ///< trees of the list with fewer nodes, ascending
 };
 
-/// All of at most `most` nodes: 1, 2, 4, 8, 17, 37, 85, 200 in all for 1 to 8.
+/// All rooted trees with at most `most` nodes: 1, 2, 4, 8, 17, 37, 85, 200 for 1 to 8 nodes.
 inline std::vector<RootedTree> rooted_trees(int most) {
   std::vector<RootedTree> trees{{}};
   for (int nodes = 2; nodes <= most; ++nodes) {

@@ -58,7 +58,7 @@ TEST(RotationVector, BodyVelocityMatchesTheMovingMatrix) {
 TEST(RotationVector, SeriesMatchTheClosedForms) {
   Random random(4);
   const Vector3d axis = random.direction(), rate = random.vector(1), acceleration = random.vector(1);
-  // either side of the switch at 0.05 rad: the values differ by the step of 1e-9 times their slope, no more
+  // on both sides of the switch of formulas at 0.05 rad, values differ only by their slope times 1e-9
   const auto below = body_velocity((0.05 - 5e-10) * axis, rate, acceleration);
   const auto above = body_velocity((0.05 + 5e-10) * axis, rate, acceleration);
   EXPECT_LT((below[0] - above[0]).norm(), 2e-9);

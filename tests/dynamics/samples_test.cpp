@@ -1,4 +1,4 @@
-// What each sample scene says is to be seen there, checked: closed forms, published numbers, and another
+// Each sample scene does what its description says: against closed forms, published numbers and another
 // program.
 #include <gtest/gtest.h>
 
@@ -42,8 +42,8 @@ TEST(Samples, PendulumReturnsAfterItsPeriod) {
   scene.simulation.end_time = 2.36784194757623745;
   EXPECT_NEAR(4 * std::comp_ellint_1(std::sqrt(0.5)) / std::sqrt(9.81), scene.simulation.end_time, 1e-14);
   const Trajectory t = run(scene);
-  // at rest there, the angle is off by the square of a shift in time, the velocity by g/l times the shift;
-  // adaptive RK4 at 1e-9 per step and about 200 steps to a period accumulates some 1e-7
+  // at rest there, a shift in time changes the angle by its square and the velocity by g/l times the shift;
+  // adaptive RK4 at 1e-9 per step and about 200 steps per period adds up to 1e-7
   EXPECT_NEAR(last(t, 0), std::acos(0.), 1e-7);
   EXPECT_NEAR(last_velocity(t, 0), 0, 1e-7);
 }
@@ -113,19 +113,17 @@ TEST(Samples, ShockIsSymmetricAndStopsAtTheBarsLength) {
   const Trajectory t = run(sample("shock.toml"));
   double lowest = 0;
   for (Eigen::Index i = 0; i < t.q.rows(); ++i) {
-    // the slide holds the bar's far end at z = 0, so height = -cos(tilt): the certificate's own residual,
-    // computed anew
+    // the slide holds the bar's far end at z = 0, so height = -cos(tilt): the residual computed independently
     EXPECT_NEAR(t.q(i, 0) + std::cos(t.q(i, 1)), 0, 1e-9);
     lowest = std::min(lowest, t.q(i, 0));
   }
   EXPECT_NEAR(lowest, -1, 1e-4);
-  // until the bar whips round, energy makes the fall nearly free: m v^2 / 2 + I w^2 / 2 with the bar's share
-  // below 1 %
+  // until the bar whips round, the fall is nearly free: the bar has less than 1 % of m v^2 / 2 + I w^2 / 2
   const auto& c = t.certificate;
   EXPECT_NEAR(std::fmod(c.smallest_step_time, 2 * std::sqrt(2 / 9.81)), std::sqrt(2 / 9.81), 0.01);
 }
 
-// Motion of 10 s against another program, by its own equations and its own Runge-Kutta steps.
+// A motion of 10 s against MuJoCo with its own equations and its own Runge-Kutta steps.
 TEST(Samples, DoublePendulumMatchesMuJoCo) {
   const Trajectory t = run(sample("double_pendulum.toml"));
   const double q[] = {0.805048150457940, -0.638326467639700}, v[] = {-1.53027089632793, 1.08898678404824};
@@ -153,7 +151,7 @@ TEST(Samples, DoublePendulumMatchesMuJoCo) {
   scene.simulation.tolerance = 1e-12;
   const Trajectory fine = run(scene);
   for (int i = 0; i < 2; ++i) {
-    // both of fourth order: 1e5 steps of 1e-4 s, (1e-4)^4 a second with a factor of some hundreds, and
+    // both of fourth order: 1e5 steps of 1e-4 s, (1e-4)^4 a second with a factor of hundreds, and
     // rounding
     EXPECT_NEAR(last(fine, i), data->qpos[i], 1e-9);
     EXPECT_NEAR(last_velocity(fine, i), data->qvel[i], 1e-8);

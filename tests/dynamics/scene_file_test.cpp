@@ -1,5 +1,5 @@
-// Scene files: what they say is what is read, what is written reads back exactly, and what is wrong is
-// refused with its line. The samples are damaged in thousands of ways, and none of it crashes the reader.
+// Scene files: reading is correct, written scenes read back exactly, and errors are refused with their line.
+// Thousands of damaged samples do not crash the reader.
 #include "dynamics/formats/scene_file.hpp"
 #include "tests/paths.hpp"
 
@@ -76,7 +76,7 @@ struct Compare {
   }
   template <class T>
   requires requires { T::kind; }
-  void operator()(const T& a, const T& b) {  // structs that name their fields: walk both, side by side
+  void operator()(const T& a, const T& b) {  // structs with named fields: compares field by field
     std::vector<const void*> of_b;
     T::fields(b, [&](const char*, const auto& field) { of_b.push_back(&field); });
     std::size_t i = 0;
@@ -139,7 +139,7 @@ struct Compare {
   void operator()(const SimulationSettings& a, const SimulationSettings& b) {
     (*this)(a.end_time, b.end_time), (*this)(a.step, b.step);
     (*this)(a.accuracy, b.accuracy);
-    if (a.accuracy == 0) (*this)(a.method, b.method), (*this)(a.tolerance, b.tolerance);  // it chooses them
+    if (a.accuracy == 0) (*this)(a.method, b.method), (*this)(a.tolerance, b.tolerance);  // else chosen
     equal &= a.verify == b.verify, (*this)(a.spectral_radius, b.spectral_radius);
     (*this)(a.output_interval, b.output_interval);
     equal &= a.constraints == b.constraints;
@@ -176,7 +176,7 @@ void expect_round_trip(const Scene& scene) {
   expect_round_trip(otherwise);
 }
 
-// A scene with every kind of everything, its numbers drawn over many orders of size.
+// A scene with every kind of element and numbers of many orders of magnitude.
 Scene varied(unsigned seed) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> exponent(-20, 20), half(-1, 1);
@@ -328,7 +328,7 @@ TEST(SceneFile, EveryKindRoundTripsBitForBit) {
 }
 
 TEST(SceneFile, RandomNumbersRoundTripBitForBit) {
-  // toml++ must read the shortest decimal form exactly; any bit pattern that is a finite number
+  // toml++ must read the shortest decimal form of any finite number exactly
   std::mt19937_64 random(1);
   for (int i = 0; i < 20000; ++i) {
     const std::uint64_t bits = random();
@@ -629,7 +629,7 @@ TEST(SceneFile, RandomDamageNeverCrashes) {
           case 1:
             bad.erase(where(random) % bad.size(), 1 + random() % 9);
             break;
-          default:  // a piece of the file once more, elsewhere: duplicate names, nested tables
+          default:  // repeats a piece of the file elsewhere: duplicate names, nested tables
             bad.insert(where(random) % bad.size(), text.substr(where(random), random() % 60));
         }
         if (bad.empty()) bad = "x";

@@ -1,4 +1,4 @@
-// What gives a solid its inertia.
+// The sources of a solid's inertia.
 #include "dynamics/scene/scene.hpp"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@ TEST(Scene, ShapesAddToGivenInertials) {
   solid.shapes = {{{Box{{1, 1, 1}}}, 3, {}}, {{Sphere{1}}, {}, {}}, {{Box{{1, 1, 1}}}, {}, 6}};
   const auto found = inertials_of(solid);
   ASSERT_TRUE(found) << found.error().message();
-  ASSERT_EQ(found->size(), 3u);  // the sphere is only seen
+  ASSERT_EQ(found->size(), 3u);  // the sphere is only visual
   EXPECT_DOUBLE_EQ((*found)[0].mass, 1);
   EXPECT_DOUBLE_EQ((*found)[1].mass, 3);
   EXPECT_DOUBLE_EQ((*found)[1].tensor(0, 0), 0.5);  // m (1 + 1) / 12

@@ -59,8 +59,8 @@ inline Solid solid(const std::string& name, const std::string& parent, std::vect
   return out;
 }
 
-/// Three translations and a ball: the freedom of a solid in space, its velocity linear in the world, angular
-/// in itself.
+/// Three translations and a ball, for a solid free in space; linear velocity in world axes, angular velocity
+/// in body axes.
 inline std::vector<Switch> free_switches(const std::string& name) {
   return {slide(name + ".x", Vector3d::UnitX()), slide(name + ".y", Vector3d::UnitY()),
           slide(name + ".z", Vector3d::UnitZ()), ball(name + ".turn")};
@@ -108,7 +108,7 @@ inline Scene roundabout() {
   return scene;
 }
 
-/// A wheel that a torsion spring of `stiffness` holds to the world.
+/// A wheel with a torsion spring of `stiffness` to the world.
 inline Scene wheel(double stiffness, double speed) {
   Scene scene;
   scene.gravity.setZero();
@@ -121,8 +121,8 @@ inline Scene wheel(double stiffness, double speed) {
   return scene;
 }
 
-/// Turns a, b and c about the own z, y and z of one solid: where b is 0 the outer two are about one line, and
-/// no acceleration can be told.
+/// Rotations a, b and c about the z, y and z of one solid: at b = 0 the outer two share an axis, and
+/// accelerations are undefined.
 inline Scene aligning_turns() {
   Scene scene;
   scene.solids = {
@@ -154,8 +154,7 @@ class Random {
     q << std::cos(angle / 2), std::sin(angle / 2) * axis;
     return q;
   }
-  /// A physical inertial with all products of inertia, by its principal moments and axes: those of an
-  /// ellipsoid.
+  /// A physical inertial with all products of inertia, from the principal moments and axes of an ellipsoid.
   struct Principal {
     double mass;
     Vector3d centre, moments;
@@ -186,7 +185,7 @@ class Random {
   std::mt19937 engine_;
 };
 
-/// What a random tree may hold beside hinges and slides.
+/// What a random tree may have besides hinges and slides.
 struct Kinds {
   bool balls = false, drives = false;
 };
@@ -204,7 +203,7 @@ inline Scene random_tree(unsigned seed, Kinds kinds) {
     std::vector<Switch> switches{fixed(random.vector(0.5), rotation_matrix(random.turn()))};
     for (int j = 0; j < 2; ++j) {
       const std::string name = fmt::format("c{}{}", i, j);
-      // a ball goes with a slide: with a hinge in the same point it would turn twice about one axis
+      // a ball goes with a slide, because a hinge at the same point would repeat one of its axes
       const int kind = i % 2 == 0 || !kinds.balls ? random.integer(0, 1) : j == 0 ? 1 : 2;
       Switch one = kind == 0   ? hinge(name, random.direction())
                    : kind == 1 ? slide(name, random.direction())
@@ -248,7 +247,7 @@ inline Trajectory run(const System& system, const SimulationSettings& how) {
 
 inline Trajectory run(const Scene& scene, const SimulationSettings& how) { return run(compiled(scene), how); }
 
-/// A bead held by y = 0 and y = x z: on the line z = 0, but where x passes 0 it may leave along z.
+/// A bead held by y = 0 and y = x z: on the line z = 0, except that at x = 0 it may leave along z.
 inline Scene crossing(double speed, double push) {
   Scene scene;
   scene.gravity = {0, 0, push};
@@ -267,7 +266,7 @@ inline Scene crossing(double speed, double push) {
   return scene;
 }
 
-/// One of samples/.
+/// Reads a scene of samples/.
 inline Scene sample(const std::string& file) {
   return need(read_scene(source_folder() + "/samples/" + file));
 }

@@ -30,7 +30,7 @@ Inertial filled(const Form& form, double density = 1) {
   return inertial.value_or(Inertial{});
 }
 
-// The tetrahedron of the origin and the three unit points, as libigl's moments test has it.
+// The tetrahedron of the origin and the three unit points, as in libigl's test of moments.
 ClosedMesh unit_tetrahedron() {
   return {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
 }
@@ -112,8 +112,7 @@ TEST(Shape, UnitTetrahedronHasTheKnownFractions) {
 }
 
 TEST(Shape, SkewedMeshFollowsItsLinearMap) {
-  // Under p -> M p + s second moments become |det M| M C M^T, whatever the solid: off-origin, products
-  // included.
+  // Under p -> M p + s the second moments become |det M| M C M^T for any solid, off-origin and with products.
   Matrix3d map;
   map << 2, -1, 0, 0, 3, 1, 1, 0, 1;  // determinant 5
   const Vector3d shift(10, -20, 30);
@@ -193,7 +192,7 @@ TEST(Shape, ConeEllipsoidAndCapsuleAgreeWithQuadrature) {
                            return Vector3d(0.4 * s, 0.9 * s, 0);
                          }),
                1e-12);
-  // the capsule's pieces join within a panel unless l/2 lies on one: 0.8 of 2.0 is panel 400 of 2000
+  // l/2 must be a panel's boundary, where the capsule's pieces join: 0.8 of 2.0 is panel 400 of 2000
   expect_equal(filled(Capsule{0.6, 0.8}),
                by_slices(-1, 1,
                          [](double z) {
@@ -230,7 +229,7 @@ TEST(Shape, PlacementGivesProductsOfInertia) {
   const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.7, Vector3d(1, 2, 3).normalized()));
   const Vector3d shift(0.3, -0.4, 1.2);
   const auto placed = inertial_of_density({Box{{0.2, 0.5, 0.9}}, shift, turn}, 1000);
-  // the same box as a mesh whose corners are turned and moved one by one
+  // the same box as a mesh with transformed corners
   const auto mesh = inertial_of_density(
       {moved(box_mesh({-0.1, -0.25, -0.45}, {0.1, 0.25, 0.45}), turn.matrix(), shift)}, 1000);
   ASSERT_TRUE(placed && mesh);

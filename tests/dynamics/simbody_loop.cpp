@@ -26,7 +26,7 @@ struct SimbodyLoop::Parts {
 SimbodyLoop::SimbodyLoop() : parts_(std::make_unique<Parts>()) {}
 SimbodyLoop::~SimbodyLoop() = default;
 
-// A pin turns about the z of its frames: they are turned so that this is the axis.
+// A pin turns about the z axis of its frames, so they are rotated to put z on the axis.
 void SimbodyLoop::add(const std::string& name, const std::string& parent, const Eigen::Vector3d& p,
                       const Eigen::Vector3d& axis, const Link& link, const Eigen::Vector3d& radii) {
   const SimTK::Inertia about_origin = SimTK::Inertia(link.moments[0], link.moments[1], link.moments[2])
@@ -76,7 +76,7 @@ Eigen::VectorXd SimbodyLoop::acceleration(const std::string& name) const {
   return out;
 }
 
-// Simbody's multipliers are those of M u' + G^T lambda = f (SimbodyMatterSubsystem.h): what acts is their
+// Simbody's multipliers obey M u' + G^T lambda = f (SimbodyMatterSubsystem.h), so the forces are their
 // negative.
 Eigen::Vector3d SimbodyLoop::force() const {
   const SimTK::Vec3 own = parts_->closing.getBallReactionForceOnBody1(parts_->state);

@@ -1,5 +1,5 @@
-// Closed loops against Simbody: another program, by its own recursion and its own solution for the
-// multipliers. Built only where Simbody is installed.
+// Closed loops against Simbody, which has its own recursion and its own solution for the multipliers. Needs
+// Simbody.
 #include <gtest/gtest.h>
 
 #ifdef BORELLI_SIMBODY
@@ -13,7 +13,7 @@
 namespace borelli::test {
 namespace {
 
-/// Two chains from the world whose ends are one point, as a scene and in Simbody.
+/// Two chains from the world with coinciding ends, as a scene and in Simbody.
 class Loop {
  public:
   void add(const std::string& name, const std::string& parent, const Vector3d& p, const Vector3d& axis,
@@ -29,7 +29,7 @@ class Loop {
     scene.constraints = {{"loop", PointOnPoint{{a, p_a}, {b, p_b}}}};
   }
 
-  /// Both at states on the constraint.
+  /// Compares both at random states on the constraint.
   void expect_agreement(Equations equations) {
     System system = compiled(scene);
     system.settings.equations = equations;
@@ -50,7 +50,7 @@ class Loop {
         theirs_.set(info.name, state.q.segment(info.q_index, info.q_size), parents_axes(info, state.v));
       EXPECT_LT(theirs_.solve(), 1e-11);  // assembled for them too
       const double largest = ours.acceleration.cwiseAbs().maxCoeff();
-      // both are exact but for rounding, which the loops' condition (some 1e3 to 1e5) carries into them
+      // both are exact up to rounding times the loops' condition (1e3 to 1e5)
       for (const CoordinateInfo& info : system.coordinates)
         EXPECT_LT((parents_axes(info, ours.acceleration) - theirs_.acceleration(info.name)).norm(),
                   1e-9 * largest)
@@ -66,7 +66,7 @@ class Loop {
   SimbodyLoop theirs_;
 };
 
-// A plane's loop: of the three rows, that across the plane holds nothing.
+// A planar loop: the row across the plane is dependent.
 TEST(Simbody, AgreesOnAFourBar) {
   Loop loop;
   const Vector3d y = Vector3d::UnitY();

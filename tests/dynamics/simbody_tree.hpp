@@ -1,5 +1,5 @@
-// A tree of bodies in Simbody, built joint by joint. Simbody's headers are C++17: so it stands behind an
-// interface of its own. Built only where Simbody is installed.
+// A tree of bodies in Simbody, built joint by joint, behind an interface because Simbody's headers are C++17.
+// Needs Simbody.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,7 +11,7 @@
 
 namespace borelli::test {
 
-/// A frame in a body: a place, and rotations about its own x, then y, then z (rad).
+/// A frame in a body: a position, then rotations about its own x, y and z in turn (rad).
 struct SimbodyFrame {
   Eigen::Vector3d place = Eigen::Vector3d::Zero(), angles = Eigen::Vector3d::Zero();
 };
@@ -23,7 +23,7 @@ struct SimbodyMass {
   double inertia[6] = {1, 1, 1, 0, 0, 0};
 };
 
-/// An axis of MobilizedBody::FunctionBased: displaced by the function of a coordinate of the joint.
+/// An axis of MobilizedBody::FunctionBased, displaced by a function of a joint coordinate.
 struct SimbodyAxis {
   Eigen::Vector3d axis;
   int coordinate = -1;                            ///< -1: none

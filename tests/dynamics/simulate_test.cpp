@@ -1,5 +1,5 @@
 // Whole runs against references: the paper's roundabout, tops, pendulums, a constrained point, springs;
-// orders by step halving; failures by name.
+// orders by step halving; named failures.
 #include "dynamics/run/simulate.hpp"
 
 #include <cmath>
@@ -12,8 +12,7 @@ namespace {
 
 // ---- the paper's roundabout ----
 
-// End state at 5 s, as computed with the benchmark scene's masses by two unlike methods that agree in 8
-// digits and more.
+// End state at 5 s with the benchmark scene's masses; two different methods agree to at least 8 digits.
 const Vector3d roundabout_q(36.589803206456790, -.491961391081574, .009149081659433);
 const Vector3d roundabout_v(7.73755291360600, 12.9839351301372, -9.92117999987793);
 
@@ -31,7 +30,7 @@ TEST(Roundabout, DistrustsEulerAndTrustsRungeKutta) {  // the paper's figures 2 
   EXPECT_NE(euler.reason.find("the energy balance of 's1' and the solids tied to it has an error of"),
             std::string::npos)
       << euler.reason;
-  EXPECT_LT(euler.reason_time, 1);  // it shows early
+  EXPECT_LT(euler.reason_time, 1);  // found early
   const Certificate rk4 = run(roundabout(), settings("rk4", 5, 0.01)).certificate;
   EXPECT_TRUE(rk4.trusted) << rk4.reason;
   EXPECT_EQ(rk4.steps_accepted, 500);
@@ -69,7 +68,7 @@ TEST(Chain, ReachesTheReferenceStates) {
   EXPECT_LT((last(end2.q) - Eigen::Vector2d(.805048150457940, -.638326467639700)).norm(), 1e-8);
   EXPECT_LT((last(end2.v) - Eigen::Vector2d(-1.53027089632793, 1.08898678404824)).norm(), 1e-8);
 
-  // seven links are chaotic: errors grow some 1e4-fold in 10 s
+  // seven links are chaotic: errors grow about 1e4-fold in 10 s
   const Trajectory end7 = run(compiled(chain(7, true, 0.4)), settings("rk4_adaptive", 10, 0.01, 1e-12));
   Eigen::VectorXd q(7);
   q << -.034795237167082, -.302990797470372, .356588974290199, -.005923977175612, -.126215354480326,
@@ -142,8 +141,8 @@ TEST(HeavyTop, ReachesItsReferenceAtFourthOrder) {
     return (Vector3d(last(run(system, how).gravity_centre)) - centre).norm();
   };
   EXPECT_LT(error(settings("rk4_adaptive", 2, 0.001, 1e-12)), 1e-9);
-  // at 150 rad/s the orders show below a thirtieth of a radian per step: 3.67, 3.86, ... ; 2 would be a lost
-  // commutator
+  // at 150 rad/s the order appears below a thirtieth of a radian per step: 3.67, 3.86, ...; a missing
+  // commutator would give 2
   EXPECT_NEAR(order(error(settings("rk4", 2, 2.5e-4)), error(settings("rk4", 2, 1.25e-4))), 4, 0.2);
 }
 
@@ -156,7 +155,7 @@ TEST(Pendulum, ReturnsAfterItsPeriod) {
                         {inertial(2, {0, 0, -l}, {0, 0, 0})})};
   const double period = 4 * std::comp_ellint_1(std::sin(angle / 2)) * std::sqrt(l / 9.81);
   const Trajectory end = run(scene, settings("rk4_adaptive", period, 0.01, 1e-12));
-  // at rest there: an error of the velocity shows the error of the period
+  // at rest there, so an error of the velocity shows the error of the period
   EXPECT_NEAR(last(end.q)[0], angle, 1e-10);
   EXPECT_NEAR(last(end.v)[0], 0, 1e-9);
 }
@@ -273,9 +272,9 @@ TEST(Energy, BalanceHoldsAtTheMethodsOrder) {
 
 // ---- the paper's shock ----
 
-// A cube falls along a rail until a bar hinged on it, its far end in a horizontal slide, stands upright and
-// stops it: all of the fall's energy passes through a bar two hundred times lighter within milliseconds (the
-// paper's figures 5 to 8).
+// A cube falls along a rail with a bar hinged on it, whose far end is in a horizontal slide, until the bar
+// stands upright and stops it. All of the fall's energy passes through the bar, 200 times lighter, within
+// milliseconds (the paper's figures 5 to 8).
 TEST(Shock, AdaptiveMethodCostsAThirtiethOfFixedSteps) {
   Scene scene;
   scene.solids = {solid("cube", "world", {slide("height", Vector3d::UnitZ())},
@@ -288,7 +287,7 @@ TEST(Shock, AdaptiveMethodCostsAThirtiethOfFixedSteps) {
   const Certificate adaptive = run(system, settings("rk4_adaptive", 5, 1e-3, 1e-6)).certificate;
   EXPECT_TRUE(adaptive.trusted) << adaptive.reason;
   EXPECT_GT(adaptive.steps_rejected, 0);
-  EXPECT_LT(adaptive.smallest_step, 1e-4);  // around the moments when the bar stands upright
+  EXPECT_LT(adaptive.smallest_step, 1e-4);  // while the bar stands upright
   // a fixed step with thirty times the evaluations (10.8 thousand) is still fifty times worse: 0.07 J and
   // 0.0013 J
   const Certificate fixed_step = run(system, settings("rk4", 5, 5.0 / 64800)).certificate;
@@ -307,7 +306,7 @@ TEST(MassRatio, MillionToOneKeepsItsEnergy) {
   }
 }
 
-// ---- failures, by name ----
+// ---- named failures ----
 
 void expect_failure(const Scene& scene, const SimulationSettings& how, const std::string& where,
                     const std::string& what) {
@@ -325,8 +324,8 @@ TEST(Failure, DivergenceUnderAFixedStepNamesItsTime) {
 }
 
 TEST(Failure, DivergenceNamesCoordinateOrVelocity) {
-  // a point on a circle, thrown so far by a step of a second that its direction is all that is left of it: on
-  // the circle it stands still again
+  // a point on a circle: a step of 1 s throws it far away, and projection back to the circle leaves no
+  // velocity
   Scene scene = read_scene(source_folder() + "/samples/a01.toml").value();
   const System system = compiled(scene);
   const Result<Trajectory> leap = simulate(system, system.initial, settings("rk4", 10, 1));
@@ -339,8 +338,7 @@ TEST(Failure, DivergenceNamesCoordinateOrVelocity) {
 }
 
 TEST(Failure, VanishingStepNamesTheCoordinate) {
-  // a force that turns infinite at t = 1 s: c / (1 - t) by its series would be finite; by a polynomial of the
-  // distance to a point that the motion runs into it is not
+  // a force that becomes infinite at t = 1 s, when the motion reaches a point
   Scene scene;
   scene.gravity.setZero();
   scene.solids = {
@@ -443,7 +441,7 @@ TEST(Output, RowsComeAtTheRequestedTimes) {
 
 TEST(Output, EveryArrayHasARowPerTime) {
   const System system = compiled(roundabout());
-  for (const double interval : {0.0, 0.5}) {  // every step: more rows than room is made for at first
+  for (const double interval : {0.0, 0.5}) {  // 0: every step, more rows than are first reserved
     SimulationSettings settings = system.settings;
     settings.method = "rk4", settings.step = 1e-3, settings.end_time = 2, settings.output_interval = interval;
     const Trajectory motion = need(simulate(system, system.initial, settings));
@@ -461,7 +459,7 @@ TEST(Output, EveryArrayHasARowPerTime) {
     for (const Rows* numbers : {&motion.gravity_centre, &motion.linear_momentum, &motion.angular_momentum})
       EXPECT_EQ(numbers->rows(), count);
     EXPECT_EQ(motion.poses.size(), motion.times.size() * motion.solids.size());
-    // each row is its own: the same as a state by itself has
+    // each row equals the evaluation of its state alone
     for (const Eigen::Index row : {Eigen::Index(1), count / 2, count - 1}) {
       const State at{motion.times[std::size_t(row)], motion.q.row(row).transpose(),
                      motion.v.row(row).transpose()};
@@ -487,7 +485,7 @@ TEST(Output, DrivenCoordinatesAreRecordedWithTheirEfforts) {
   const Trajectory path = run(scene, settings("rk4", 1, 0.01));
   EXPECT_EQ(path.driven_names, std::vector<std::string>{"dof1"});
   EXPECT_NEAR(path.driven_positions(1, 0), 1.5, 1e-14);
-  EXPECT_GT(path.driven_efforts(0, 0), 3 * 1.25);  // what the turntable alone takes, and more
+  EXPECT_GT(path.driven_efforts(0, 0), 3 * 1.25);  // more than the turntable alone needs
 }
 
 TEST(Output, ObserverCanStopTheRun) {

@@ -1,5 +1,5 @@
-// Through singular positions, where branches of motion cross: on the branch that the motion came on, and
-// distrusted by name where it did not stay there.
+// Motion through singular positions, where branches cross: it stays on its branch, or the certificate names
+// the place where it left it.
 #include <Eigen/Geometry>
 #include <array>
 #include <numbers>
@@ -14,8 +14,8 @@ namespace {
 constexpr double pi = std::numbers::pi;
 
 /// IFToMM benchmark A02: n windows of uniform links, 1 kg and 1 m. The first n + 1 coordinates are the
-/// cranks' angles from the line of their feet. The scene lies in the plane of x and z turned by `tilt`: along
-/// the axes one row of each loop vanishes where all links are in line, elsewhere both become one.
+/// cranks' angles from the line of their feet. The scene lies in the x-z plane turned by `tilt`. When all
+/// links are in line, one row of each loop vanishes if tilt is 0; otherwise both rows coincide.
 Scene windows(int n, double tilt, double rate) {
   Scene scene;
   scene.name = fmt::format("{} windows", n);
@@ -45,7 +45,7 @@ void expect_benchmarks_end(int n, const Trajectory& t, double tolerance) {
   const Eigen::VectorXd q = last(t.q);
   EXPECT_NEAR(std::cos(q[0]), x, tolerance);
   EXPECT_NEAR(std::sin(q[0]), z, tolerance);
-  for (int i = 1; i <= n; ++i) EXPECT_NEAR(q[i], q[0], 1e-9);  // a parallelogram still
+  for (int i = 1; i <= n; ++i) EXPECT_NEAR(q[i], q[0], 1e-9);  // still a parallelogram
 }
 
 // Ten seconds of IFToMM A02 are ten passages through theta = 0 or pi.
@@ -56,7 +56,7 @@ TEST(Windows, TwoMatchTheBenchmark) {
         SCOPED_TRACE(fmt::format("{} at {:g}, tilted by {}", method, tolerance, tilt));
         const Trajectory t = run(windows(2, tilt, -1), settings(method, 10, 1e-3, tolerance));
         EXPECT_TRUE(t.certificate.trusted) << t.certificate.reason;
-        // 1e-5 of the bars' length, 1e-6 J of some 70 J
+        // 1e-5 of the bars' length, 1e-6 J of about 70 J
         expect_benchmarks_end(2, t, 1e-5);
         EXPECT_LT(t.certificate.energy_drift, 1e-6);
         EXPECT_LT(t.certificate.nearness, 0.3);
@@ -84,7 +84,7 @@ TEST(Windows, FortyMatchTheBenchmark) {
   }
 }
 
-// Started in line itself, where the rank is n and n + 1 velocities are free, with that of the parallelogram.
+// Started in line, where the rank is n and n + 1 velocities are free, with the parallelogram's velocities.
 TEST(Windows, StartInLine) {
   for (const char* method : {"rk4_adaptive", "dop853", "rk4"}) {
     SCOPED_TRACE(method);
@@ -101,8 +101,8 @@ TEST(Windows, StartInLine) {
   }
 }
 
-/// Crank and coupler of 1 m and 1 kg, a slider of 2 kg: where the slider passes the crank's foot the coupler
-/// lies on the crank and could turn with it while the slider rests.
+/// Crank and coupler of 1 m and 1 kg, and a slider of 2 kg. When the slider passes the crank's pivot, the
+/// coupler lies on the crank and could turn with it while the slider rests.
 Scene isosceles_slider(double tilt, double start, double rate) {
   Scene scene;
   scene.gravity.setZero();
@@ -138,7 +138,7 @@ TEST(IsoscelesSlider, PassesThroughTheCranksFoot) {
       const Trajectory t = run(isosceles_slider(tilt, start, rate), settings(method, time, 1e-3, 1e-9));
       EXPECT_TRUE(t.certificate.trusted) << t.certificate.reason;
       const Eigen::VectorXd q = last(t.q), v = last(t.v);
-      // what coasting through 1e-4 about a singular position costs at most: its square and the tolerance
+      // the error of coasting through 1e-4 around a singular position, at most its square, plus the tolerance
       EXPECT_NEAR(q[0], end_angle, 1e-6);
       EXPECT_NEAR(q[1], -2 * end_angle, 2e-6);
       EXPECT_NEAR(q[2], 2 * std::cos(end_angle), 2e-6);
@@ -147,7 +147,7 @@ TEST(IsoscelesSlider, PassesThroughTheCranksFoot) {
 }
 
 /// Bricard's mechanism over six edges of a cube (threefold symmetric, each link's hinges at right angles):
-/// six hinges and five moving links, mobile against the count of its freedoms; rods of 1 kg and 1 m.
+/// six hinges and five moving links, mobile although its freedoms count to 0; rods of 1 kg and 1 m.
 Scene bricard() {
   Scene scene;
   const Vector3d x = Vector3d::UnitX(), y = Vector3d::UnitY(), z = Vector3d::UnitZ();
@@ -213,17 +213,17 @@ TEST(Crossing, DistrustsMotionPushedAside) {
   EXPECT_FALSE(fixed_steps.trusted);
   EXPECT_NE(fixed_steps.reason.find("jumped"), std::string::npos) << fixed_steps.reason;
   EXPECT_EQ(fixed_steps.reason_time, 0.625);
-  // at 1 cm/s a step of a millisecond that begins at the crossing ends with as much aside
+  // at 1 cm/s, a step of 1 ms from the crossing gains a sideways velocity as large as its own
   const Certificate slow = run(crossing(0.01, 10), settings("rk4", 1, 1e-3)).certificate;
   EXPECT_FALSE(slow.trusted);
   EXPECT_NEAR(slow.reason_time, 0.5, 0.01);
 }
 
 TEST(Crossing, DistrustsAStepOntoAnotherBranch) {
-  // the shock's bar may go on or fold back where it comes upright, faster than steps of 1 ms follow
+  // the shock's bar may go on or fold back when upright, too fast for steps of 1 ms
   const Scene scene = sample("shock.toml");
   SimulationSettings how = settings("rk4", 5, 1e-3);
-  how.energy_threshold = 1e9;  // so coarse a run loses its energy too: not what is asked here
+  how.energy_threshold = 1e9;  // so coarse a run also loses energy, which is not tested here
   const Certificate coarse = run(scene, how).certificate;
   EXPECT_FALSE(coarse.trusted);
   EXPECT_NE(coarse.reason.find("left a singular position on another branch"), std::string::npos)

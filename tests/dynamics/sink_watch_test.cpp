@@ -1,4 +1,4 @@
-// Runs whose steps come to nothing are called off by name; a jump of a force is not such a thing.
+// A run is stopped with a reason if its steps shrink to nothing, but not at a jump of a force.
 #include "dynamics/run/sink_watch.hpp"
 
 #include "dynamics/methods/integrator.hpp"
@@ -18,7 +18,7 @@ TEST(SinkWatch, ReportsSteadilyShrinkingSteps) {
 }
 
 TEST(SinkWatch, IgnoresATemporaryDip) {
-  // as a jump of a force has it: rejections down to 1e-14 of the step, and up again
+  // as at a jump of a force: rejections down to 1e-14 of the step, then growth
   SinkWatch watch;
   double t = 0;
   for (int i = 0; i < 20; ++i) EXPECT_EQ(watch.after(t += 0.1, 0.1, true, 10, 1e9), Verdict::fine);
@@ -29,7 +29,7 @@ TEST(SinkWatch, IgnoresATemporaryDip) {
 }
 
 TEST(SinkWatch, ReportsTinySteps) {
-  // 2000 steps of 1e-11 s leave 10 s, 1e12 of them, which are more than ten times 1e9
+  // after 2000 steps of 1e-11 s, 10 s still need 1e12 steps, more than ten times 1e9
   for (const auto& [step, verdict] : {std::pair(1e-11, Verdict::stalled), std::pair(1e-7, Verdict::fine)}) {
     SinkWatch watch;
     Verdict worst = Verdict::fine;
@@ -54,7 +54,7 @@ TEST(SinkWatch, StopsARunThatWouldExceedTheStepLimit) {
   }
 }
 
-/// A force along a slide, as a law of its place and speed.
+/// A force along a slide by a law of position and speed.
 template <class Law>
 struct Along {
   Law law;
@@ -143,7 +143,8 @@ TEST(Sinking, ChatteringForceStopsTheRun) {
 }
 
 TEST(Sinking, ForceJumpIsPassed) {
-  // 1 N, 1000 N beyond half a metre (of extrapolated steps the last part has no stage that would see a jump)
+  // 1 N, 1000 N beyond half a metre (extrapolated steps have no stage in their last part that would see the
+  // jump)
   for (const char* method : {"rk4_adaptive", "dopri5", "dop853"}) {
     // from 1 m/s it is there after (sqrt 2 - 1) s, with sqrt 2 m/s
     const double t = 0.5, after = t - (std::sqrt(2.) - 1);

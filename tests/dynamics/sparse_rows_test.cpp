@@ -13,7 +13,7 @@
 namespace borelli::test {
 namespace {
 
-/// Row r of L over the mass matrix' factor, of length 1.
+/// Row r of L F^-1, with F the mass matrix's factor, scaled to length 1.
 void take_unit_row(SparseRows& rows, int r, const System& system, const Workspace& w) {
   const std::span<const int> columns = rows.columns(r);
   for (std::size_t i = 0; i < columns.size(); ++i) rows.row(r)[i] = w.rows.L(r, columns[i]);
@@ -21,7 +21,7 @@ void take_unit_row(SparseRows& rows, int r, const System& system, const Workspac
   Eigen::Map<Eigen::VectorXd>(rows.row(r), Eigen::Index(columns.size())).normalize();
 }
 
-/// Eliminates the rows of a scene's constraints in the order, which names all that are not empty.
+/// Eliminates the rows of a scene's constraints; `order` must list all rows that are not zero.
 void expect_factor(const System& system, const State& state, std::vector<int> order) {
   Workspace w(system);
   ASSERT_FALSE(update_terms(system, system.parameters, state.t, state.q.data(), state.v.data(), w));
@@ -32,7 +32,7 @@ void expect_factor(const System& system, const State& state, std::vector<int> or
     const auto at = std::find(order.begin(), order.end(), r);
     if (at == order.end()) continue;
     take_unit_row(rows, r, system, w);
-    Eigen::VectorXd whole = w.rows.L.row(r).head(system.nv);  // with whatever stands outside its columns
+    Eigen::VectorXd whole = w.rows.L.row(r).head(system.nv);  // including entries outside its columns
     solve_transposed(system, w.factor, whole.data());
     dense.row(at - order.begin()) = whole.normalized();
   }
@@ -42,7 +42,7 @@ void expect_factor(const System& system, const State& state, std::vector<int> or
   Eigen::MatrixXd left = gram;
   rows.multiply(true);
   for (std::size_t k = 0; k < order.size(); ++k) {
-    // what is taken next is not much nearer than the farthest, and changes the fewest rows of all such
+    // the next row is independent enough and changes the fewest other rows among such rows
     const int next = rows.next();
     ASSERT_GE(next, 0);
     const Eigen::VectorXd square = left.diagonal();
@@ -63,7 +63,7 @@ void expect_factor(const System& system, const State& state, std::vector<int> or
     left.row(k).setZero();
     left.col(k).setZero();
   }
-  // b by rows; what the order does not name stays zero
+  // b by rows; rows outside the order stay zero
   const Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(order.size(), -1, 2);
   Eigen::VectorXd x = Eigen::VectorXd::Zero(system.rows);
   for (std::size_t k = 0; k < order.size(); ++k) x[order[k]] = b[k];
@@ -88,8 +88,8 @@ TEST(SparseRows, FactorLoopsInAnyOrder) {
   expect_factor(system, state, order);
 }
 
-// Windows of bars, upright, leaning, and all but in line, where each one's two rows all but depend on each
-// other.
+// Windows of bars: upright, leaning and nearly in line, where the two rows of each window are nearly
+// dependent.
 TEST(SparseRows, HaveLittleFillInInTheirOrder) {
   const System system = compiled(sample("four_bar_40.toml"));
   for (const double angle : {90., 120., 45., 10., 1.}) {
@@ -113,7 +113,7 @@ TEST(SparseRows, HaveLittleFillInInTheirOrder) {
       rows.eliminate(rows.next());
       entries += rows.column(k).size();
     }
-    EXPECT_LE(entries, 5u * 80) << angle;  // of a chain of pairs 3.5 a row; all of them are 3240
+    EXPECT_LE(entries, 5u * 80) << angle;  // 3.5 a row for a chain of pairs; a full factor has 3240
   }
 }
 

@@ -1,6 +1,5 @@
-// What fixed-step methods for long runs promise beside their order (method_orders_test.cpp): Verlet's
-// reversibility with a mass matrix that changes and orientation, energy without drift, stiffness survived by
-// implicit ones.
+// Fixed-step methods for long runs, beyond their order (method_orders_test.cpp): Verlet's reversibility with
+// a changing mass matrix and orientation, energy without drift, and stiffness for implicit methods.
 #include "dynamics/methods/splitting.hpp"
 
 #include <cmath>
@@ -33,17 +32,17 @@ TEST(VelocityVerlet, IsReversible) {
   const State there = after(system, "verlet", start, 1e-3, 200);
   const State back = after(system, "verlet", there, -1e-3, 200);
   EXPECT_GT((there.q - start.q).norm(), 0.1);
-  // rounding of 400 steps, and what the half steps are solved to
+  // rounding of 400 steps, and the tolerance of the half steps
   EXPECT_LT((back.q - start.q).norm(), 1e-11);
   EXPECT_LT((back.v - start.v).norm(), 1e-10);
-  // a method that is not reversible comes back with its error
+  // a method that is not reversible returns with an error
   EXPECT_GT((after(system, "rk2", after(system, "rk2", start, 1e-3, 200), -1e-3, 200).q - start.q).norm(),
             1e-8);
 }
 
 TEST(LongRuns, KeepEnergyWithoutDrift) {
-  // a pendulum of two links over some 300 swings in steps of a hundredth: the error of Runge-Kutta's energy
-  // grows with time, that of the reversible methods stays
+  // a pendulum of two links over about 300 swings in steps of a hundredth: the energy error of Runge-Kutta
+  // grows with time, that of reversible methods does not
   Scene scene = chain(2, false, 0.4);
   const System system = compiled(scene);
   const auto drifts = [&](const char* method) {

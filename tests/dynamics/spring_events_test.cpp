@@ -1,4 +1,4 @@
-// Where springs turn round: no step passes over it.
+// Springs with kinks or jumps (stops, half turns): no step passes over them.
 #include "dynamics/run/spring_events.hpp"
 
 #include <fmt/format.h>
@@ -15,9 +15,9 @@ namespace {
 
 using std::numbers::pi;
 
-// A mass on a spring swings against a stop, from which it comes back as fast: cos t, and within the stop a
-// faster swing about another centre. Steps may span half a swing, and a stiff stop, or one hardly reached,
-// holds the mass for a small part of one.
+// A mass on a spring swings against a stop and returns with the same speed: cos t outside, and within the
+// stop a faster oscillation about another centre. Steps may span half a swing, while a stiff or barely
+// reached stop acts for a small part of one.
 TEST(SpringEvents, FindsStopsWithinLongSteps) {
   const double end = 20;
   for (const double stiffness : {1e-2, 1., 1e2, 1e3, 1e5, 1e7, 1e9})
@@ -42,10 +42,10 @@ TEST(SpringEvents, FindsStopsWithinLongSteps) {
           const Trajectory out = run(scene, settings(method, end, 1e-3, tolerance));
           const std::string which = fmt::format("{} {:g} {:g} {:g}", method, tolerance, stiffness, stop);
           EXPECT_TRUE(out.certificate.trusted || tolerance > 1e-4) << which;
-          // (arkode damps what swings many times in its steps)
+          // arkode damps oscillations much faster than its steps
           if (tolerance > 1e-4 && !out.certificate.trusted) continue;
-          // per step one tolerance of position and, of speed, one times 1 + |v|, which the swing turns into
-          // each other; how wide it is says whether and when the stop is met
+          // per step one tolerance of position and (1 + |v|) tolerances of speed, which the swing mixes; an
+          // error of the amplitude changes whether and when it reaches the stop
           const double error = std::sqrt(5.) * double(out.certificate.steps_accepted) * tolerance;
           if (error < 1 + stop) {
             EXPECT_EQ(out.certificate.events.size(), bounds) << which;
@@ -55,7 +55,7 @@ TEST(SpringEvents, FindsStopsWithinLongSteps) {
     }
 }
 
-// Up to the half turn it is a swing, A sin(w t), which begins anew from the other side.
+// Up to the half turn the wheel swings as A sin(w t); there it starts again from the other side.
 TEST(SpringEvents, WheelPassesHalfTurnsAtClosedFormTimes) {
   const double stiffness = 2, speed = 6, w = std::sqrt(stiffness / 0.8), end = 4;
   ASSERT_GT(speed / w, pi);
@@ -64,7 +64,7 @@ TEST(SpringEvents, WheelPassesHalfTurnsAtClosedFormTimes) {
   const auto angle = [&](double start) {
     return 2 * pi * turns(start) + start / w * std::sin(w * (end - 2 * half(start) * turns(start)));
   };
-  // what a relative error of the speed does to them
+  // their change by a relative error of the speed
   const double faster = (1 + 1e-6) * speed;
   const double half_follows = std::abs(half(faster) - half(speed)) / 1e-6,
                angle_follows = std::abs(angle(faster) - angle(speed)) / 1e-6;
@@ -87,7 +87,7 @@ TEST(SpringEvents, WheelPassesHalfTurnsAtClosedFormTimes) {
     }
 }
 
-// So weak that the method would take steps of many turns.
+// A spring so weak that the method would take steps of many turns.
 TEST(SpringEvents, FindsAllHalfTurnsOfAFastWheel) {
   SimulationSettings how = settings("gbs", 1, 0.1);
   how.tolerance = 1e-6;
@@ -96,7 +96,7 @@ TEST(SpringEvents, FindsAllHalfTurnsOfAFastWheel) {
   EXPECT_TRUE(out.certificate.trusted);
 }
 
-// About no fixed axis, half turns are passed on any side; the two methods share nothing but the events.
+// Without a fixed axis, half turns may be passed on any side. The two methods share only the event search.
 TEST(SpringEvents, HalfTurnsOfTumblingBodiesAgreeBetweenMethods) {
   for (unsigned seed = 0; seed < 20; ++seed) {
     Random random(seed);
@@ -120,7 +120,7 @@ TEST(SpringEvents, HalfTurnsOfTumblingBodiesAgreeBetweenMethods) {
       how.tolerance = tolerance;
       const Trajectory out = run(scene, how);
       EXPECT_EQ(out.certificate.events.size(), truth.certificate.events.size()) << seed << ", " << tolerance;
-      // one tolerance per step, which some of these motions enlarge
+      // one tolerance per step, which some motions amplify
       EXPECT_LT((last(out.q) - last(truth.q)).cwiseAbs().maxCoeff(),
                 100 * tolerance * out.certificate.steps_accepted)
           << seed << ", " << tolerance;
@@ -168,9 +168,8 @@ TEST(SpringEvents, FindsAStopThatGoesSlack) {
   }
 }
 
-// Chains that fly against stops of every stiffness: wide ones, ones whose bounds meet and a ball's, half of
-// them so dissipating that they let go; two methods at far smaller tolerances
-// have to agree on what is true.
+// Chains fly against stops of all stiffnesses: wide ranges, ranges of width zero, and a ball's; half of them
+// dissipate so much that they go slack. Reference: two methods at far smaller tolerances, which must agree.
 TEST(SpringEvents, ChainsBetweenStopsMatchSmallSteps) {
   for (unsigned seed = 0; seed < 12; ++seed) {
     Random random(seed);
@@ -202,7 +201,7 @@ TEST(SpringEvents, ChainsBetweenStopsMatchSmallSteps) {
       for (const double tolerance : {1e-5, 1e-7, 1e-9}) {
         const Trajectory out = run(scene, settings(method, 1, 1e-3, tolerance));
         EXPECT_TRUE(out.certificate.trusted) << method << tolerance << ", " << seed;
-        // one tolerance per step, which blows enlarge
+        // one tolerance per step, which impacts amplify
         EXPECT_LT((last(out.q) - truth).cwiseAbs().maxCoeff(),
                   100 * (tolerance * double(out.certificate.steps_accepted) + unsure))
             << method << tolerance << ", " << seed;

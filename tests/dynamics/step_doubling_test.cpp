@@ -1,5 +1,5 @@
-// Step doubling: the order that extrapolation gives, steps chosen by the error, and evaluations as Press et
-// al. count.
+// Step doubling: the order of its extrapolation, steps chosen by the error, and evaluations as counted by
+// Press et al.
 #include "dynamics/methods/step_doubling.hpp"
 
 #include <cmath>
@@ -17,7 +17,7 @@ TEST(StepDoubling, LocalExtrapolationAddsAnOrder) {
     return std::abs(integrate(flow, method, Eigen::VectorXd::Constant(1, 0.5), 2, steps)[0] -
                     1 / (2 + std::sin(2.0)));
   };
-  EXPECT_NEAR(std::log2(error(10) / error(20)), 5, 0.35);  // the next order's share at so few steps
+  EXPECT_NEAR(std::log2(error(10) / error(20)), 5, 0.35);  // the next order's term is large at so few steps
 }
 
 TEST(StepDoubling, TakesElevenEvaluationsAStep) {

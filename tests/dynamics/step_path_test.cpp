@@ -1,5 +1,5 @@
-// States between steps: output that shortens no step, on the constraints, as good as the steps; evaluations
-// saved; whole runs by the methods with dense output against references.
+// States between steps: output shortens no step, lies on the constraints and is as exact as the steps; fewer
+// evaluations; whole runs by methods with dense output against references.
 #include "dynamics/run/step_path.hpp"
 
 #include <cmath>
@@ -46,10 +46,10 @@ TEST(DenseOutput, IsAsAccurateAsTheSteps) {
     const Trajectory path = run(system, how);
     const double at_end = std::max((last(path.q) - last(reference.q)).norm(), 1e-8);
     EXPECT_EQ(path.times, reference.times);
-    // an interpolant of the steps' order less one adds no more than a few of the steps' errors
+    // an interpolant of one order less adds a few times the steps' error at most
     EXPECT_LT((path.q - reference.q).rowwise().norm().maxCoeff(), 5 * at_end) << method;
     EXPECT_LT((path.v - reference.v).rowwise().norm().maxCoeff(), 1e-5) << method;
-    // the rows' books: energy is kept against the work at each of them
+    // energy minus work is constant at every row
     for (std::size_t i = 0; i < path.times.size(); ++i)
       EXPECT_NEAR(path.kinetic[i] + path.potential[i] - path.work[i], path.kinetic[0] + path.potential[0],
                   1e-5)
@@ -83,8 +83,8 @@ TEST(DenseOutput, KeepsAFixedStepUnderCloserRows) {
   EXPECT_EQ(path.step_sizes.size(), 100u);
   how.step = 0.0025;
   const Trajectory fine = run(system, how);
-  // Hermite's cubic is off by h^4 / 384 times the fourth derivative, some 1e4 at 10 rad/s; beside that rows
-  // between steps are as good as those at their ends
+  // Hermite's cubic has an error of h^4 / 384 times the fourth derivative, 1e4 at 10 rad/s; otherwise rows
+  // between steps are as exact as those at their ends
   double at_ends = 0, between = 0;
   for (Eigen::Index i = 0; i < path.q.rows(); ++i)
     (i % 4 == 0 ? at_ends : between) =

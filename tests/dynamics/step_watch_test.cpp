@@ -1,4 +1,4 @@
-// Steps of one length that do not follow the motion: the measure against closed forms, and the verdicts.
+// Fixed steps too long to follow the motion: the measure against closed forms, and the verdicts.
 #include "dynamics/run/step_watch.hpp"
 
 #include <cmath>
@@ -41,7 +41,7 @@ std::vector<std::string> fixed_methods() {
   return names;
 }
 
-/// What is found of x = cos(t) at a thousand steps of b, for a method of that order.
+/// The measure for x = cos(t) after a thousand steps of length b, for a method of that order.
 double found_of_a_swing(const System& system, double b, int order) {
   StepWatch watch(system);
   for (int i = 0; i <= 1000; ++i) {
@@ -56,8 +56,8 @@ double found_of_a_swing(const System& system, double b, int order) {
 TEST(StepWatch, MeasuresASwingAsInClosedForm) {
   const System system = compiled(spring(1));
   for (const double b : {0.3, 1., 2., 4.4}) {
-    // the quadrature leaves 2 sin(b / 2) (1 - b^2 / 12) - b cos(b / 2), accelerations change by 2 sin(b / 2),
-    // both times the sine of the step's middle; a thousand steps come near enough to its largest
+    // the quadrature's error is 2 sin(b / 2) (1 - b^2 / 12) - b cos(b / 2), and accelerations change by 2
+    // sin(b / 2), both times the sine at the step's middle, which is close to 1 in some of the thousand steps
     const double change = b * 2 * std::abs(std::sin(b / 2));
     const double left = std::abs(b * std::cos(b / 2) - 2 * std::sin(b / 2) * (1 - b * b / 12)) / b;
     for (const auto& [order, part] : {std::pair(2, std::max(change / 12, left)),
@@ -65,12 +65,13 @@ TEST(StepWatch, MeasuresASwingAsInClosedForm) {
                                       {6, std::max(std::pow(change, 3) / 100800, left)}})
       EXPECT_NEAR(found_of_a_swing(system, b, order), part, 3e-3 * part) << b << ", order " << order;
   }
-  // eight steps to a swing, or almost, lest they see eight places alone, are the limit of order 2
+  // the limit of order 2 is about eight steps per swing (not exactly eight, which would repeat eight phases)
   EXPECT_NEAR(found_of_a_swing(system, pi / 4.001, 2), StepWatch::limit, 0.002);
 }
 
 TEST(StepWatch, MeasureOfABallFallsWithTheFourthPower) {
-  // a body with three moments turning freely, followed to 1e-13: what is left is the quadrature's own
+  // a free body with three different moments, integrated to 1e-13, so that only the quadrature's error
+  // remains
   Scene scene;
   scene.gravity.setZero();
   scene.solids = {solid("top", "world", {ball("turn", identity_quaternion(), {3, 0.5, 4})},
@@ -114,9 +115,9 @@ TEST(StepWatch, FindsErrorsThatEnergyDoesNotShow) {
   EXPECT_NE(c.reason.find("do not follow the motion of coordinate 'x' of 'mass': the one up to t = "),
             std::string::npos)
       << c.reason;
-  // b = w h = 5; the numerical angle per step is 2 atan(b / 2), and what is missed h (a1 - a0) / 12
+  // b = w h = 5; the numerical angle per step is 2 atan(b / 2), and the defect h (a1 - a0) / 12
   const double most = 5 * 2 * std::sin(std::atan(2.5)) / 12;
-  EXPECT_LT(c.step_defect, most * 1.01);  // (the largest speed is that of a step's end)
+  EXPECT_LT(c.step_defect, most * 1.01);  // the largest speed is taken at steps' ends
   EXPECT_GT(c.step_defect, 0.9 * most);
   EXPECT_EQ(c.step_defect_coordinate, "x");
   EXPECT_GT(c.reason_time, 0);
@@ -124,7 +125,7 @@ TEST(StepWatch, FindsErrorsThatEnergyDoesNotShow) {
 }
 
 TEST(StepWatch, DistrustsGaussMethodsThatOnlyKeepEnergy) {
-  // 5 radians to a step; and 500, where the methods of even stages hardly move at all
+  // 5 radians per step, and 500, at which methods with an even number of stages hardly move
   for (const char* method : {"implicit_midpoint", "gauss4", "gauss6"})
     for (const double step : {0.05, 5.}) {
       const Certificate c = run(spring(1e4), settings(method, 20 * step, step)).certificate;
@@ -134,15 +135,15 @@ TEST(StepWatch, DistrustsGaussMethodsThatOnlyKeepEnergy) {
 }
 
 TEST(StepWatch, TrustSeparatesRightFromWrongRuns) {
-  // a spring over ten swings: what the steps miss adds up to the lag behind cos(w t), 2 pi per swing
+  // a spring over ten swings of 2 pi: the steps' defects add up to the lag behind cos(w t)
   for (const char* method : {"implicit_midpoint", "verlet", "gauss4", "gauss6", "generalized_alpha"})
     for (const double per_swing : {2.5, 4., 6., 8., 12., 20., 50.}) {
       SimulationSettings how = settings(method, 10, 1 / per_swing);
-      how.energy_threshold = 1e9;  // energy has its own say
+      how.energy_threshold = 1e9;  // energy is not judged here
       how.spectral_radius = 1;
       const System system = compiled(spring(4 * pi * pi));
       const Result<Trajectory> out = simulate(system, system.initial, how);
-      if (!out) continue;  // grew beyond bounds
+      if (!out) continue;  // diverged
       const Trajectory& path = *out;
       const double lag =
           std::abs(std::arg(std::complex<double>(last(path.q)[0], -last(path.v)[0] / (2 * pi))));
@@ -160,8 +161,8 @@ TEST(StepWatch, TrustSeparatesRightFromWrongRuns) {
 }
 
 TEST(StepWatch, IgnoresStiffCoordinatesThatDoNotSwing) {
-  // a stiff spring that hardly gives beside a slow swing of the same solid, whose pull it bears from the
-  // start: steps of 100 radians of the one, 0.06 of the other
+  // a solid swings slowly on a stiff spring that bears its pull from the start: a step is 100 radians of the
+  // spring's motion and 0.06 of the swing
   Scene scene = second_pendulum();
   scene.solids[0].switches.insert(scene.solids[0].switches.begin(),
                                   slide("give", Vector3d::UnitZ(), -9.81 * std::pow(std::cos(0.2), 2) / 1e8));
@@ -169,7 +170,7 @@ TEST(StepWatch, IgnoresStiffCoordinatesThatDoNotSwing) {
   SimulationSettings how = settings("implicit_midpoint", 4, 0.01);
   const Certificate c = run(scene, how).certificate;
   EXPECT_TRUE(c.trusted) << c.reason;
-  // a turn of three radians in each step, about a principal axis
+  // a rotation of three radians per step about a principal axis
   Scene top;
   top.solids = {solid("top", "world", {ball("turn", identity_quaternion(), {0, 0, 300})},
                       {inertial(1, {0, 0, 0}, {1, 1, 1.5})})};
@@ -189,7 +190,7 @@ TEST(StepWatch, HeavyNeighbourDoesNotHideASwing) {
 }
 
 TEST(StepWatch, IgnoresImpacts) {
-  // a stone that rebounds ten times: velocities jump at events, which steps end at
+  // a stone that rebounds ten times: velocities jump at events, where steps end
   Scene scene;
   scene.solids = {
       solid("stone", "world", {slide("z", Vector3d::UnitZ(), 1)}, {inertial(1, {0, 0, 0}, {0, 0, 0})})};

@@ -8,7 +8,7 @@
 namespace borelli::test::surface_contact_test {
 namespace {
 
-// of central differences with step h: h^2 times third derivatives (some 100), and rounding / h
+// of central differences with step h: h^2 times third derivatives (about 100), and rounding / h
 constexpr double h = 1e-5, tolerance = 2e-7;
 
 std::vector<ConstraintKind> kinds() {
@@ -19,7 +19,7 @@ std::vector<ConstraintKind> kinds() {
           CapsuleOverPlane{{"s3", {0.1, 0.2, 0.3}}, u, 0.8, 0.1, {{"s5", {1, 0, 0}}, n}},
           BoxOverPlane{{"s3", {0.1, 0.2, 0.3}}, {1, 2, 3}, {{"s5", {1, 0, 0}}, n}},
           SphereOverSphere{{"s3", {0.1, 0.2, 0.3}}, {"s5", {1, 0, 0}}, 0.1, 0.2},
-          // nearest within both, within one, at the ends
+          // nearest points: inside both capsules, inside one, at the ends
           CapsuleOverCapsule{{"s3", {0.1, 0.2, 0.3}}, {"s5", {1, 0, 0}}, u, n, 50, 50, 0.1, 0.2},
           CapsuleOverCapsule{{"s3", {0.1, 0.2, 0.3}}, {"s5", {1, 0, 0}}, u, n, 50, 0.01, 0.1, 0.2},
           CapsuleOverCapsule{{"s3", {0.1, 0.2, 0.3}}, {"s5", {1, 0, 0}}, u, n, 0.01, 50, 0.1, 0.2},
@@ -64,7 +64,7 @@ TEST_P(ContactKinds, RatesAndBiasesAreTheTimeDerivatives) {
   const Eigen::VectorXd x = h * state.v;
   const ConstraintRows behind = at(-x, -h), now = at(0 * x, 0), ahead = at(x, h);
   const Eigen::VectorXd rate = (ahead.h - behind.h) / (2 * h), bias = (ahead.rate - behind.rate) / (2 * h);
-  const bool on_plane = std::get<0>(GetParam()) < 6;  // else the axes across are chosen anew at each place
+  const bool on_plane = std::get<0>(GetParam()) < 6;  // else the tangents are chosen anew at each position
   for (const Contact& c : system.contacts) {
     EXPECT_NEAR(now.rate[c.row], rate[c.row], tolerance);
     // with no free acceleration, the second derivative is E alone

@@ -1,5 +1,5 @@
-// The guided switch: differences of its poses, the same scene with slides and hinges tied by constraints,
-// both algorithms, several states at once, derivatives.
+// The guided switch against differences of its poses and against the same scene of slides and hinges tied by
+// constraints; both algorithms, batches and derivatives.
 #include "dynamics/scene/switch_guided.hpp"
 
 #include "dynamics/constraints/assembly.hpp"
@@ -28,8 +28,8 @@ Switch guided(const std::string& name, std::vector<GuidedPart> parts, double q =
   return out;
 }
 
-/// A thigh on a ball, a shank on a knee, a foot on a hinge; the knee guided, or each part tied to its
-/// flexion.
+/// A thigh on a ball, a shank on a knee and a foot on a hinge. The knee is guided, or its parts are tied to
+/// the flexion by constraints.
 Scene leg(bool tied) {
   Scene scene;
   const Inertial mass = inertial(3, {0.02, -0.2, 0.01}, {0.05, 0.01, 0.06});
@@ -77,7 +77,7 @@ TEST(Guided, TwistAndItsChangeAreTheDifferencesOfPoses) {
       knee.advance(&at, short_X, &short_w, &short_v);
       EXPECT_EQ(short_X.p, X[1].p);
       EXPECT_EQ(short_v, v[1]);
-      // central differences of what B sees: errors of h^2 times third derivatives, below 10
+      // central differences of velocities; errors of h^2 times third derivatives, below 10
       Vector3d seen[2][2];
       for (int side = 0; side < 2; ++side) {
         const double beside = q + (2 * side - 1) * h;
@@ -128,13 +128,13 @@ TEST(Guided, KeepsTheEnergyOfAMotion) {
   }
 }
 
-TEST(Guided, DrivenNeedsTheEffortThatAFreeOneMovesBy) {
+TEST(Guided, DriveEffortEqualsThatOfTheFreeSwitchInTheSameMotion) {
   Scene scene = leg(false);
   Switch& knee = scene.solids[1].switches[1];
   knee = driven(knee, Polynomial{{0.6, -1.5, 2}});
   const System held = compiled(scene);
   const Evaluation now = need(evaluate(held, held.initial));
-  // the same accelerations, given to the free scene, need the drive's effort and no other
+  // the same accelerations in the free scene need the drive's effort only
   const System free = compiled(leg(false));
   Eigen::VectorXd a(free.nv);
   const auto names = free.velocity_names(), others = held.velocity_names();

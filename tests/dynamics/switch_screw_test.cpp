@@ -30,7 +30,8 @@ TEST(Screw, NutRunsDownItsThread) {
   }
 }
 
-/// A link on a screw, another screw askew on it; or each screw as a slide and a hinge, tied.
+/// A link on a screw and a second one on an oblique screw; or each screw as a slide and a hinge tied by a
+/// constraint.
 Scene two_screws(bool tied) {
   Scene scene;
   const Vector3d first = Vector3d(1, 2, 2) / 3, second = Vector3d(2, -1, 2) / 3;
@@ -57,7 +58,7 @@ TEST(Screw, EqualsACoupledSlideAndHinge) {
     how.equations = equations;
     const Trajectory t = run(two_screws(false), how);
     EXPECT_TRUE(t.certificate.trusted) << t.certificate.reason;
-    // two seconds at 1e-11 a step, some hundred steps
+    // two seconds at 1e-11 a step, about a hundred steps
     EXPECT_NEAR(last(t.q)[0], last(tied.q)[1], 1e-8);
     EXPECT_NEAR(last(t.q)[1], last(tied.q)[3], 1e-8);
   }
@@ -70,7 +71,7 @@ TEST(Screw, RoundTripsThroughSceneFiles) {
   const auto& kind = std::get<Screw>(back.solids[0].switches[0].kind);
   EXPECT_EQ(kind.axis, Vector3d::UnitZ());
   EXPECT_EQ(kind.pitch, -0.002);
-  // a thread without a pitch is a hinge: say so
+  // a screw without pitch is refused in favour of a hinge
   const auto missing =
       parse_scene("[[solid]]\nname = \"nut\"\njoint = {screw = \"z\"}\nmass = 1\n", "nut.toml");
   ASSERT_FALSE(missing);

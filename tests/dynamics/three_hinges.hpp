@@ -1,4 +1,4 @@
-// Balls that a model's format writes as three hinges, and states of such a model as states of its scene.
+// Balls that a writer replaces by three hinges, and the conversion of such a model's states to its scene's.
 #pragma once
 
 #include <map>
@@ -30,8 +30,8 @@ struct ThreeHinges {
   }
 };
 
-/// A state of the written model as one of the scene: v = J v', and bend = J' v'. The hinges of a ball NAME are
-/// NAME, `separator` and x, y or z.
+/// Converts a state of the written model to one of the scene: v = J v', and bend = J' v'. The hinges of a
+/// ball are called NAME, `separator` and x, y or z.
 struct AsScene {
   State state;
   Eigen::MatrixXd J;

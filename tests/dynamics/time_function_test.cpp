@@ -7,7 +7,7 @@ namespace borelli::test {
 namespace {
 
 void expect_derivatives(const TimeFunction& f, double t) {
-  const double h = 1e-4;  // differences err by h^2 times the next derivatives, some 1e-7 here
+  const double h = 1e-4;  // differences err by h^2 times the next derivatives, about 1e-7 here
   const TimeValue behind = at(f, t - h), now = at(f, t), ahead = at(f, t + h);
   EXPECT_NEAR(now.rate, (ahead.value - behind.value) / (2 * h), 1e-6);
   EXPECT_NEAR(now.acceleration, (ahead.rate - behind.rate) / (2 * h), 1e-6);

@@ -1,4 +1,4 @@
-// Robots in URDF, read by us and by MuJoCo (which reads URDF too): mass matrix, what drives, accelerations.
+// Robots in URDF, read by us and by MuJoCo: mass matrix, driving efforts and accelerations.
 #include "dynamics/formats/urdf.hpp"
 #include "tests/paths.hpp"
 
@@ -53,7 +53,7 @@ bool any_holds(const std::vector<std::string>& lines, const std::string& part) {
 }
 
 #ifdef BORELLI_MUJOCO
-// MuJoCo has the joints depth first, we in the order of the file: its n-th position is ours of the same name.
+// MuJoCo orders joints depth first, we by the file; coordinates are matched by name.
 void expect_same(const std::string& xml) {
   const Folder folder;
   const auto path = folder.write("robot.urdf", xml);
@@ -77,7 +77,7 @@ void expect_same(const std::string& xml) {
   }
   ASSERT_EQ(int(order.q.size()), system.nq);
   const Differences d = differences(system, mujoco, 1, order);
-  // all inertias are given by principal moments, which MuJoCo finds to rounding
+  // all inertias are principal moments, which MuJoCo keeps to rounding
   EXPECT_LT(d.A, 1e-12);
   EXPECT_LT(d.drive, 1e-12);
   EXPECT_LT(d.acceleration, 1e-10);  // the condition of A carries rounding into it
@@ -119,7 +119,7 @@ TEST(Urdf, CoordinatesFollowTheFileOrder) {
   ASSERT_EQ(scene.solids.size(), 3u);
   EXPECT_EQ(scene.solids[0].name, "base");
   EXPECT_TRUE(scene.solids[0].switches.empty());  // fixed to the world
-  EXPECT_EQ(scene.solids[1].name, "tip");         // of the joint that stands first
+  EXPECT_EQ(scene.solids[1].name, "tip");         // from the first joint
   EXPECT_EQ(scene.solids[2].name, "arm");
 }
 
@@ -137,8 +137,7 @@ TEST(Urdf, PlanarJointMovesAcrossItsAxis) {
                                                  "link='plate'/><axis xyz='1 0 0'/></joint>"))
                                      .scene);
   ASSERT_EQ(system.nq, 3);
-  // two kg that slide across x: one direction is vertical and falls, the other not; the turn about x moves
-  // the centre
+  // 2 kg that slide in both directions across x, and a turn about x
   const Rows A = need(evaluate(system, system.initial)).mass_matrix;
   EXPECT_NEAR(A(0, 0), 2, 1e-14);
   EXPECT_NEAR(A(1, 1), 2, 1e-14);
@@ -211,7 +210,7 @@ TEST(Urdf, IgnoresImpossibleInertiasOfFixedLinks) {
   EXPECT_TRUE(lists(fixed, "impossible inertias of links fixed to the world: base, eye"));
 }
 
-// An impossible link on a fixed joint adds the mass and moments of the file to a body that is possible.
+// An impossible link on a fixed joint adds its mass and moments to a body that stays possible as a whole.
 TEST(Urdf, JudgesLinksOnFixedJointsAsOneBody) {
   const ModelFile model = read_text(robot(
       link_text("base", "") +
@@ -299,7 +298,7 @@ TEST(Urdf, LockedJointEqualsAFixedOne) {
       << wrong.error().message();
 }
 
-// Robots in which the mimic, or the joint that it follows, was made fixed.
+// Robots in which the mimic or the joint that it follows is fixed.
 TEST(Urdf, ReadsMimicsOfFixedJoints) {
   const std::string links = link_text("base") + link_text("a") + link_text("b");
   EXPECT_EQ(compiled(read_text(robot(links + joint_text("ja", "continuous", "base", "a") +

@@ -1,19 +1,19 @@
-// Random scenes of what MJCF holds: for the writers of models.
+// Random scenes of elements that MJCF has, for tests of the model writers.
 #pragma once
 
 #include "scenes.hpp"
 
 namespace borelli::test {
 
-/// The orientation of a ball where MuJoCo's quaternion is the identity (its spring's rest, else its start),
-/// and the rotation from the ball's frame to the solid's, whose axes MuJoCo uses.
+/// The orientation of a ball at which MuJoCo's quaternion is the identity (its spring's rest, else its
+/// start), and the rotation from the ball's frame to the solid's frame, which MuJoCo uses.
 struct BallFrame {
   Quaternion zero, after;
 };
 using BallFrames = std::map<std::string, BallFrame>;  ///< by coordinate
 
-/// A state in MuJoCo's terms: each ball's quaternion counted from its zero, in the axes of its solid. `axes`:
-/// the map from velocities of the scene to those.
+/// A state in MuJoCo's terms: each ball's quaternion is relative to its zero, in the solid's axes. `axes`
+/// maps velocities of the scene to MuJoCo's.
 struct InSolidAxes {
   Eigen::VectorXd q, v;
   Eigen::MatrixXd axes;
@@ -32,13 +32,13 @@ struct InSolidAxes {
   }
 };
 
-/// A random tree with a free root and solids of hinges, slides, balls and several of them, between constant
-/// poses; with ranges, springs and dampers, a state that moves, and markers.
+/// A random tree with a free root and solids on hinges, slides, balls or several of these, between constant
+/// poses. It has ranges, springs, dampers, markers and a moving state.
 class WritableScene {
  public:
   struct Holds {
-    bool springs = true;  ///< stiffness, armatures, point springs: what URDF lacks
-    bool balls = true;    ///< apart from that of the free root
+    bool springs = true;  ///< stiffness, armatures, point springs, which URDF lacks
+    bool balls = true;    ///< besides that of the free root
     bool free_root = true;
   };
 
@@ -58,7 +58,7 @@ class WritableScene {
  private:
   static std::string name(int i) { return fmt::format("s{}", i); }
   Matrix3d turn() { return rotation_matrix(random_.turn()); }
-  // at least 0.3 m long, so that no coordinate moves next to nothing
+  // at least 0.3 m long, so that every coordinate moves some inertia
   Vector3d arm() { return random_.number(0.3, 0.8) * random_.direction(); }
 
   void add_solid(int i) {
@@ -67,7 +67,7 @@ class WritableScene {
     if (floats) {
       switches = free_switches("root");
       for (Switch& one : switches) start(one);
-      balls.clear();  // a free joint's quaternion counts from the world's axes
+      balls.clear();  // a free joint's quaternion is relative to the world's axes
       scene.solids.push_back(solid(name(0), "world", switches, {heavy()}));
       return;
     }
@@ -112,10 +112,10 @@ class WritableScene {
         break;
       case 1:
         next(2), place(), next(0), place();
-        break;  // a ball, then a hinge away from it
+        break;  // a ball, then a hinge at a distance
       case 2:
         next(0), place(), next(2), shift(), next(1);
-        break;  // a ball that a slide follows
+        break;  // a ball, then a slide
       case 3:
         next(0), place();
         break;
@@ -189,7 +189,7 @@ class WritableScene {
   Holds holds_;
 };
 
-/// Where the coordinates of one system stand in another with coordinates of the same names.
+/// Indices of one system's coordinates in another with coordinates of the same names.
 struct SameNames {
   std::vector<Eigen::Index> q, v;  ///< per position and velocity of `from`: its index in `to`
 

@@ -79,7 +79,7 @@ TEST(Anthropometry, DeLevaEqualsTheSharedTable) {
 TEST(Anthropometry, DumasEqualsTheSharedTable) {
   const auto shared = shared_table("dumas2007.csv");
   if (!shared) GTEST_SKIP() << "no reference/dumas2007.csv beside the checkout";
-  // the shared table's rows of 2007, in their order, are ours
+  // our rows of 2007 equal the shared table's, in order
   std::vector<const PublishedSegment*> ours;
   for (const auto& published : published_segments())
     if (published.table == "dumas2007") ours.push_back(&published);
@@ -123,8 +123,9 @@ TEST(Anthropometry, WinterEqualsTheSharedTable) {
     EXPECT_NEAR(ours[row]->centre_along, shared->number(row, "com_prox"), rounding);
     if (std::isfinite(shared->number(row, "rg_com"))) {
       EXPECT_NEAR(ours[row]->radii[2], shared->number(row, "rg_com"), rounding);
-      // about an end: Steiner; the table rounds each to 0.001. Three rows do not keep to it: foot, whole leg
-      // (0.560 printed, 0.553 by the other two), and the head, whose centre lies at its end.
+      // radii about an end follow by Steiner's theorem; the table rounds each to 0.001. Three rows do not:
+      // the foot, the whole leg (0.560 printed, 0.553 from the other two) and the head, whose centre lies at
+      // its end.
       const std::string& name = ours[row]->segment;
       const bool odd = name == "foot" || name == "head" || name == "leg";
       const double about_end = std::hypot(ours[row]->radii[2], ours[row]->centre_along);
@@ -150,7 +151,7 @@ TEST(Anthropometry, ZatsiorskyEqualsTheSharedTable) {
                                       {"transverse_kgcm2", "I_transverse_kgcm2"},
                                       {"longitudinal_kgcm2", "I_longitudinal_kgcm2"}})
       EXPECT_EQ(ours.number(row, own), shared->number(row, theirs)) << own;
-    // de Leva kept the masses
+    // de Leva took the masses over
     const auto* deleva = published_segment("deleva1996", ours.field(row, "sex"), ours.field(row, "segment"),
                                            "", "", ours.field(row, "cuts"));
     ASSERT_TRUE(deleva) << ours.field(row, "segment");
@@ -185,8 +186,8 @@ TEST(Anthropometry, MassesSumToTheBody) {
 }
 
 TEST(Anthropometry, DeLevasEndpointsDescribeSegmentsConsistently) {
-  // A segment told from several endpoints has one radius of gyration in mm and, from a common endpoint, one
-  // place of its gravity centre: a digit slip in any length or percentage would show.
+  // A segment listed with several endpoints has one radius of gyration in mm and, from a common endpoint, one
+  // gravity centre. So a wrong digit in any length or percentage shows.
   const auto& all = published_segments();
   int pairs = 0;
   for (const auto& a : all)

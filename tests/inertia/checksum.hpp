@@ -1,4 +1,4 @@
-// A checksum of an embedded data file: a test that holds it notices any changed digit.
+// A checksum of an embedded data file, by which a test notices any changed digit.
 #pragma once
 
 #include <cstdint>

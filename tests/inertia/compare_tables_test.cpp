@@ -38,9 +38,9 @@ const GroupEntry& entry(const GroupTable& group, const std::string& name) {
       group.entries, [&](const GroupEntry& e) { return e.part == "thigh_left" && e.entry == name; });
 }
 
-// y = 5 + 2 stature + 0.1 mass + e on a square of statures and masses, twice, with e = +-0.3 by the square's
-// diagonals, which is at right angles to both: least squares must find the plane, and 0.3 sqrt(8/5) beside
-// it.
+// y = 5 + 2 stature + 0.1 mass + e at the corners of a square of statures and masses, twice. e = +-0.3 by the
+// square's diagonals is orthogonal to both, so least squares must find the plane and a residual of 0.3
+// sqrt(8/5).
 TEST(CompareTables, RegressionFindsThePlaneAndItsResiduals) {
   std::vector<NamedTable> bodies;
   double sum = 0, squares = 0;
@@ -62,9 +62,9 @@ TEST(CompareTables, RegressionFindsThePlaneAndItsResiduals) {
   EXPECT_NEAR(mass.regression->per_metre, 2, 1e-9);
   EXPECT_NEAR(mass.regression->per_kilogram, 0.1, 1e-11);
   EXPECT_NEAR(mass.regression->residual_sd, 0.3 * std::sqrt(8. / 5), 1e-9);
-  // of the variance 0.2^2 + 1^2 + 0.3^2 the last is left
+  // of the variance 0.2^2 + 1^2 + 0.3^2 the last term remains
   EXPECT_NEAR(mass.regression->r2, 1 - 0.09 / (0.04 + 1 + 0.09), 1e-9);
-  // the body's mass is no function of itself, nor its share of itself a finding
+  // the body's mass is not regressed on itself, and its share of itself is omitted
   for (const GroupEntry& e : group.entries)
     if (e.part == "body") {
       EXPECT_NE(e.entry, "mass_pct");
@@ -88,7 +88,7 @@ TEST(CompareTables, RegressionFindsThePlaneAndItsResiduals) {
 TEST(CompareTables, SaysWhyThereIsNoRegression) {
   std::vector<NamedTable> bodies{body(10, 70, 1.7), body(11, 75, 1.8), body(10, 72, 1.75)};
   EXPECT_NE(group_of(bodies).no_regression.find("five whole bodies"), std::string::npos);
-  // stature and mass that go together tell nothing apart
+  // collinear stature and mass cannot be separated
   bodies.clear();
   for (int n = 0; n < 6; ++n) bodies.push_back(body(10 + 0.1 * n * n, 60 + 2 * n, 1.6 + 0.02 * n));
   EXPECT_NE(group_of(bodies).no_regression.find("vary only together"), std::string::npos);
@@ -107,9 +107,9 @@ TEST(CompareTables, TwoTablesAreComparedInStandardDeviations) {
   ASSERT_TRUE(mass->deviation);
   EXPECT_NEAR(*mass->deviation, 0.5, 1e-12);
   for (const TableDifference& d : all) EXPECT_FALSE(d.part == "body" && d.entry == "mass_pct");
-  // where the body lay is no difference of bodies
+  // the body's position is not compared
   for (const TableDifference& d : all) EXPECT_FALSE(d.entry.starts_with("centre_x")) << d.entry;
-  // a cut part does not compare
+  // a cut part is not compared
   b.table.rows[0].completeness = Completeness::cut;
   for (const TableDifference& d : differences(a.table, b.table)) EXPECT_NE(d.part, "thigh_left");
 }

@@ -32,7 +32,7 @@ TEST(Csv, FieldsRoundTrip) {
   }
 }
 
-// Spreadsheets take a cell with one of these first characters for a formula (OWASP, CSV injection).
+// Spreadsheets treat a cell that starts with one of these characters as a formula (OWASP, CSV injection).
 TEST(Csv, FormulasAreWrittenAsText) {
   for (const std::string formula :
        {"=1+1", "+1", "-1", "@SUM(A1)", "\t=1", "\r=1", "=HYPERLINK(\"x\",\"y\")"}) {

@@ -56,7 +56,7 @@ TEST(Density, CurvesRiseInHuAndNameTheirPublication) {
     EXPECT_GT(curve.source.size(), 40u) << curve.name;
     for (std::size_t n = 1; n < curve.knots.size(); ++n) {
       EXPECT_GT(curve.knots[n][0], curve.knots[n - 1][0]) << curve.name;
-      // only the meeting point of two fits of schneider2000 falls
+      // densities fall only where two fits of schneider2000 meet
       const bool falls = curve.knots[n][1] < curve.knots[n - 1][1];
       EXPECT_EQ(falls, curve.name == "schneider2000" && curve.knots[n][0] == 101) << curve.name << " " << n;
     }
@@ -97,7 +97,7 @@ TEST(Density, GreyValuesGiveWeights) {
     EXPECT_EQ((*hu)[static_cast<std::size_t>(grey + 32768)], curve->at(grey));
   EXPECT_EQ((*density)[32768 + 1050], 1050);
   EXPECT_EQ((*density)[32768 - 5], 0);
-  // where nothing was measured, the straight curve would count kilograms less than nothing
+  // outside the field of view the straight curve would give negative mass
   const auto straight = density_weights(Quantity::hu, *curve, BelowAir::straight);
   EXPECT_LT((*straight)[32768 - 1024], 0);
   EXPECT_EQ((*straight)[32768 + padding_hu], 0);
@@ -107,7 +107,7 @@ TEST(Density, GreyValuesGiveWeights) {
 }
 
 // CT number of a tissue at 120 kV from its composition: Schneider et al (2000), equation 8, with their fit's
-// k1 = 1.24e-3 and k2 = 3.06e-5. Written apart from the curves.
+// k1 = 1.24e-3 and k2 = 3.06e-5. Independent of the curves' code.
 double ct_number(const CsvTable& tissues, std::size_t row) {
   struct Element {
     const char* name;
@@ -173,7 +173,7 @@ TEST(Density, DefaultCurveIsClosestToIcru44Tissues) {
     if (name != default_density_curve) {
       EXPECT_LT(by_default.largest, 0.5 * error.largest) << name;
     }
-  // what the header says of it
+  // as density.hpp states
   EXPECT_NEAR(by_default.largest, 0.008, 0.0005);
   EXPECT_LT(std::abs(by_default.of_mass), 0.005);
 }

@@ -61,7 +61,7 @@ struct PointMass {
   Vector3d p;
 };
 
-// straight from the definition, in long double
+// by definition, in long double
 Inertial sum(const std::vector<PointMass>& points) {
   using Vec = Eigen::Matrix<long double, 3, 1>;
   using Mat = Eigen::Matrix<long double, 3, 3>;
@@ -130,8 +130,8 @@ TEST(Inertial, SkewedBoxSplitsIntoItsHalvesAndMergesAgain) {
 }
 
 TEST(Inertial, MergesAndSplitsFarFromTheOriginExactly) {
-  // 1 km away, products of the centres are 1e6: merging about the origin would lose 6 digits of 16, while
-  // here only the rounding of the centres counts: 1 km * 2^-53 = 1.1e-13 m, a few of them, times arms of 1 m.
+  // 1 km away, products of the centres are 1e6, so merging about the origin would lose 6 of 16 digits. Here
+  // only the centres' rounding counts: a few times 1 km * 2^-53 = 1.1e-13 m, times arms of 1 m.
   const Vector3d away(1000, -700, 400);
   const Inertial merged = skewed_half.moved(away) + skewed_half.moved(away + Vector3d(1. / 2, 0, 0));
   expect_near(merged, skewed_box.moved(away), 5e-13);
@@ -142,7 +142,7 @@ TEST(Inertial, MergeEqualsTheSumOfPointMasses) {
   const auto a = cloud(1, 40), b = cloud(2, 7);
   auto both = a;
   both.insert(both.end(), b.begin(), b.end());
-  // tensors of about 200 kg m^2, some 50 roundings of 2e-16 each
+  // tensors of about 200 kg m^2, about 50 roundings of 2e-16 each
   expect_near(sum(a) + sum(b), sum(both), 2e-12);
   expect_near(sum(both) - sum(b), sum(a), 2e-12);
 }
@@ -205,7 +205,7 @@ TEST(Inertial, RotatedBoxHasKnownPrincipalMoments) {
   // box of 3 x 4 x 12 m and 24 kg: moments 24/12 (b^2 + c^2) = 2 * (25, 153, 160)
   const Matrix3d R = AngleAxisd(0.7, Vector3d(2, 1, -1).normalized()).toRotationMatrix();
   const Inertial box = Inertial{24, {1, 2, 3}, Vector3d(320, 306, 50).asDiagonal()}.rotated(R);
-  // 320 * 2e-16, some roundings
+  // a few roundings of 320 * 2e-16
   EXPECT_LT((box.principal().moments - Vector3d(50, 306, 320)).cwiseAbs().maxCoeff(), 1e-12);
   const Vector3d radii = box.radii_of_gyration(R);
   EXPECT_NEAR(radii[0], std::sqrt(160. / 12), rounding);
@@ -221,7 +221,7 @@ TEST(Inertial, AcceptsPhysicalBodies) {
       check_physical({1, Vector3d::Zero(), Vector3d(1. / 12, 1. / 3, 5. / 12).asDiagonal()}, "plate"));
 }
 
-// the error's sentence must name the body and the offending numbers
+// the error must name the body and the wrong numbers
 void expect_refused(const Inertial& inertial, std::initializer_list<const char*> words) {
   const auto answer = check_physical(inertial, "thigh_left");
   ASSERT_FALSE(answer);
@@ -239,7 +239,7 @@ TEST(Inertial, RefusesImpossibleBodiesWithTheirNumbers) {
   Matrix3d skew = Matrix3d::Identity();
   skew(0, 1) = 0.25;
   expect_refused({1, Vector3d::Zero(), skew}, {"symmetric", "Ixy 0.25 and Iyx 0"});
-  // the triangle inequality holds of principal moments, and may break while the diagonal entries keep it
+  // the triangle inequality concerns principal moments; diagonal entries may satisfy it while those do not
   const Matrix3d R = AngleAxisd(std::numbers::pi / 4, Vector3d::UnitX()).toRotationMatrix();
   expect_refused(Inertial{1, Vector3d::Zero(), Vector3d(1, 2, 3.5).asDiagonal()}.rotated(R),
                  {"triangle", "3.5"});

@@ -43,7 +43,8 @@ Grid grid_of_long_rows() {
   return grid;
 }
 
-// Runs of random labels of all lengths from 1 to most of a row, random grey values, a crooked weight table.
+// Runs of random labels with lengths from 1 to most of a row, random grey values, and an irregular weight
+// table.
 Scan random_scan(const Grid& grid, unsigned seed) {
   std::mt19937 random(seed);
   Scan scan;
@@ -91,7 +92,7 @@ Inertial direct_sum(const Scan& scan, int label) {
   return {static_cast<double>(mass), centre.cast<double>(), second.cast<double>()};
 }
 
-// masses relative; centres in m over a body of some 0.1 m; tensors relative to the largest entry
+// masses relative; centres in m over a body of about 0.1 m; tensors relative to the largest entry
 void expect_equal(const Inertial& found, const Inertial& expected, double tolerance) {
   EXPECT_NEAR(found.mass, expected.mass, tolerance * expected.mass);
   EXPECT_LT((found.centre - expected.centre).norm(), tolerance);
@@ -105,7 +106,7 @@ TEST(Moments, EqualSumsOverSingleVoxelsOnAnObliqueGrid) {
     const auto moments = label_moments(scan.labels, scan.grey, scan.weights);
     ASSERT_TRUE(moments);
     for (const int label : {1, 2, 3, 4, 255})
-      // 14000 (31000) terms of 1e-16 each, adding up like their root, and 2 digits lost in second - mean^2
+      // 14000 (31000) terms of 1e-16 add up as their square root; second - mean^2 loses 2 digits
       expect_equal(
           to_inertial((*moments)[static_cast<std::size_t>(label)], scan.labels.grid, Sampling::points),
           direct_sum(scan, label), 1e-12);
@@ -161,9 +162,9 @@ TEST(Moments, AreIndependentOfThreads) {
   }
 }
 
-// The same voxels told in another basis of the same lattice: voxel i of the first grid is voxel U i + shift
-// of the second, U being of whole numbers and determinant +-1. So a straight grid becomes a sheared or turned
-// one while every voxel stays where it is in space.
+// The same voxels in another basis of the lattice: voxel i of the first grid is voxel U i + shift of the
+// second, where U is an integer matrix with determinant +-1. A straight grid becomes sheared or turned, but
+// every voxel keeps its position.
 Scan rebased(const Scan& scan, const Eigen::Matrix3i& U) {
   const Grid& from = scan.labels.grid;
   Eigen::Vector3i low = Eigen::Vector3i::Zero(), high = low;
@@ -216,7 +217,8 @@ TEST(Moments, AgreeOnStraightRotatedAndShearedGrids) {
   }
 }
 
-// An ellipsoid of 1000 kg/m^3 and semi-axes 15, 40, 90 mm (a hand) on a grid, as points or as box averages.
+// An ellipsoid of 1000 kg/m^3 with semi-axes 15, 40, 90 mm (a hand) on a grid, sampled at points or averaged
+// over voxels.
 struct Ellipsoid {
   Vector3d semi{15, 40, 90};  // mm
   Matrix3d R;
@@ -241,7 +243,7 @@ Scan draw(const Ellipsoid& body, const Grid& grid, bool averages) {
   scan.grey.voxels.assign(grid.count(), 0);
   for (int g = -32768; g < 32768; ++g) scan.weights.push_back(g < 0 ? 0 : g);
   constexpr int parts = 10;  // per axis of a mixed voxel: occupancy to about 1e-3
-  // no voxel reaches farther than half its diagonal, and the level grows by at most 1 per smallest semi-axis
+  // a voxel extends by half its diagonal at most, and the level grows by at most 1 per smallest semi-axis
   const double reach = 0.5 * grid.axes.cwiseAbs().rowwise().sum().norm() / body.semi.minCoeff();
   for (std::int64_t k = 0; k < grid.size[2]; ++k)
     for (std::int64_t j = 0; j < grid.size[1]; ++j)
@@ -280,10 +282,10 @@ Grid random_grid(const Ellipsoid& body, double h, Shape shape, std::mt19937& ran
     grid.axes.col(2) += 0.3 * unit(random) * grid.axes.col(0) + 0.3 * unit(random) * grid.axes.col(1);
   }
   const Matrix3d to_index = grid.axes.inverse();
-  Vector3d half;  // of the index box that holds the body
+  Vector3d half;  // half size of the body's box in indices
   for (int a = 0; a < 3; ++a) {
     half[a] = (to_index.row(a) * body.R * body.semi.asDiagonal()).norm() + 3 +
-              unit(random);  // random sub-voxel place
+              unit(random);  // random position within a voxel
     grid.size[static_cast<std::size_t>(a)] = static_cast<std::int64_t>(2 * half[a]) + 1;
   }
   grid.origin = body.centre - grid.axes * half;
@@ -317,8 +319,8 @@ Errors rms_errors(double h, Shape shape, bool averages, Sampling sampling, int p
 TEST(Moments, OfAHandConvergeWithTheSquareOfTheVoxelSize) {
   const Errors at_4mm = rms_errors(4, Shape::cubic, false, Sampling::points, 48),
                at_2mm = rms_errors(2, Shape::cubic, false, Sampling::points, 48);
-  // A hand of these axes at 2 mm errs by .069 % of mass, .038 mm and .15 % of a moment in random pose (rms of
-  // 24 poses by another program); two rms of that many draws differ by some 20 %, 2.5 of these are allowed.
+  // At 2 mm the errors of a hand in random poses are .069 % of mass, .038 mm and .15 % of a moment (rms of 24
+  // poses, from another program). Two such rms values differ by about 20 %; the test allows 2.5 times that.
   EXPECT_LT(at_2mm.mass, 1.5 * 0.00069);
   EXPECT_LT(at_2mm.centre_mm, 1.5 * 0.038);
   EXPECT_LT(at_2mm.tensor, 1.5 * 0.0015);
@@ -330,8 +332,8 @@ TEST(Moments, OfAHandConvergeWithTheSquareOfTheVoxelSize) {
 TEST(Moments, OfAveragesUseSheppardsCorrectionOnSkewedGrids) {
   const Errors with = rms_errors(4, Shape::skewed, true, Sampling::averages, 8),
                without = rms_errors(4, Shape::skewed, true, Sampling::points, 8);
-  // h^2/12 is 1.3 mm^2 on each of two axes of a mean square radius of (40^2 + 90^2)/5 mm^2: 0.14 %. The
-  // correction leaves the averages' own rounding: 1e-3 of each of some 2000 mixed voxels of 3500, so
+  // h^2/12 is 1.3 mm^2 on each of two axes of a mean square radius of (40^2 + 90^2)/5 mm^2: 0.14 %. After the
+  // correction, the occupancy's error remains: 1e-3 in each of about 2000 mixed voxels of 3500, in total
   // 1e-3/sqrt(2000).
   EXPECT_GT(without.tensor, 0.0014);
   EXPECT_LT(with.tensor, 0.0001);
@@ -339,8 +341,9 @@ TEST(Moments, OfAveragesUseSheppardsCorrectionOnSkewedGrids) {
 }
 
 TEST(Moments, OfALabelMapNeedNoCubeMoment) {
-  // Over random places of the grid the sum over centres is an unbiased estimate of the integral; with the
-  // cube's own h^2/12 per axis it is not. Trace of the second moments about the true centre, 8 mm.
+  // Over random positions of the grid, the sum over voxel centres is an unbiased estimate of the integral;
+  // adding the cube's own h^2/12 per axis would bias it. Trace of the second moments about the true centre, 8
+  // mm.
   constexpr int poses = 2000;
   constexpr double h = 8;
   std::mt19937 random(8);
@@ -360,7 +363,7 @@ TEST(Moments, OfALabelMapNeedNoCubeMoment) {
 }
 
 TEST(Moments, OfASliverStayPhysical) {
-  // one voxel thick, cut from its neighbours: less than h^2/12 is there to be subtracted
+  // a part one voxel thick has a smaller second moment than h^2/12
   LabelMap labels;
   labels.grid.size = {30, 20, 4};
   labels.voxels.assign(labels.grid.count(), 0);

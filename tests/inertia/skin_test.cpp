@@ -14,7 +14,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// CT numbers of muscle and air, as whole numbers or not
+// CT numbers of muscle and air, rounded or not
 using Image = Volume<double>;
 
 // A hand (ellipsoid, semi-axes 15, 40, 90 mm, muscle of 50 HU) in air, oblique in a cubic grid of step h: by
@@ -50,7 +50,7 @@ Image draw_hand(double h, bool averages) {
   return image;
 }
 
-// Gaussian blur of standard deviation sigma (mm) along each axis: it keeps the sum of the CT numbers above
+// Gaussian blur with standard deviation sigma (mm) along each axis; preserves the sum of CT numbers above
 // air.
 void blur(Image& image, double sigma) {
   const double h = image.grid.axes(0, 0);
@@ -82,7 +82,7 @@ struct Scan {
   GreyVolume grey;
 };
 
-// CT numbers rounded, with noise, and the label map of what is more than half body without it
+// CT numbers with noise, rounded, and a label map of voxels that are more than half body without noise
 Scan scan_of(const Image& image, double noise = 0) {
   Scan scan;
   scan.labels.grid = scan.grey.grid = image.grid;
@@ -95,7 +95,7 @@ Scan scan_of(const Image& image, double noise = 0) {
   return scan;
 }
 
-// density rising straight from nothing in air to 1050 kg/m^3 in the hand, and on
+// density linear from 0 in air to 1050 kg/m^3 in the hand and beyond
 DensityCurve straight_curve() { return {"straight", "", {{air_hu, 0}, {hand_hu, 1050}, {1100, 2100}}}; }
 
 double mass_error(const LabelMap& labels, const GreyVolume& grey, BelowAir below) {
@@ -110,12 +110,12 @@ TEST(Skin, GrowingRecoversTwoPercentOfABlurredHand) {
   blur(image, 1);
   const Scan scan = scan_of(image);
   EXPECT_LT(mass_error(scan.labels, scan.grey, BelowAir::hold), -0.02);
-  // beyond two rings, four standard deviations, lies nothing; 5e-4 for the occupancy, to 1e-3 of each border
-  // voxel
+  // nothing lies beyond two rings, four standard deviations; 5e-4 for the occupancy, which has errors of 1e-3
+  // per border voxel
   EXPECT_NEAR(mass_error(grow_skin(scan.labels), scan.grey, BelowAir::hold), 0, 5e-4);
 }
 
-// However tightly the label map is cut: at half, or where a voxel holds nine tenths of body.
+// For any tightness of the label map: voxels at least half or nine tenths body.
 TEST(Skin, VolumeOfABlurredHandEqualsTheEllipsoid) {
   Image image = draw_hand(2, true);
   blur(image, 1);
@@ -129,7 +129,7 @@ TEST(Skin, VolumeOfABlurredHandEqualsTheEllipsoid) {
     const auto grown = label_moments(grow_skin(scan.labels, 4), scan.grey, *weights);
     const auto volumes = volumes_with_skin(scan.labels, scan.grey, *weights, *grown, 4);
     ASSERT_TRUE(volumes) << volumes.error().message();
-    EXPECT_NEAR(volumes->all[1] / exact, 1, 5e-4) << share;  // as its mass
+    EXPECT_NEAR(volumes->all[1] / exact, 1, 5e-4) << share;  // as exact as the mass
     EXPECT_GT(volumes->skin[1], 0.1 * exact);
     if (share > 0.5) {
       EXPECT_LT(counted / exact, 0.95);
@@ -152,8 +152,8 @@ TEST(Skin, GrowthAndSheppardCorrectTheTensorOfABlurredHand) {
   const Vector3d with = to_inertial((*grown)[1], scan.grey.grid, Sampling::averages).principal().moments;
   const Vector3d without = to_inertial((*bare)[1], scan.grey.grid, Sampling::averages).principal().moments;
   for (int n = 0; n < 3; ++n) {
-    EXPECT_NEAR(with[n] / exact[n], 1, 5e-4) << n;  // occupancy is to 1e-3 of some 5000 border voxels of 9000
-    EXPECT_LT(without[n] / exact[n], 1 - 0.02) << n;  // what leaving the skin out costs at 3 mm
+    EXPECT_NEAR(with[n] / exact[n], 1, 5e-4) << n;    // occupancy: 1e-3 in 5000 border voxels of 9000
+    EXPECT_LT(without[n] / exact[n], 1 - 0.02) << n;  // loss without the skin at 3 mm
   }
 }
 
@@ -163,11 +163,11 @@ TEST(Skin, NoiseOfAirAveragesOutOnlyWithLinearWeights) {
   std::int64_t added = 0, body = 0;
   for (std::size_t n = 0; n < grown.voxels.size(); ++n)
     added += grown.voxels[n] != scan.labels.voxels[n], body += scan.labels.voxels[n] != 0;
-  // noise of the sum: 30 of 1050 HU over the root of the voxels counted, three of these
+  // three deviations of the sum: 30 of 1050 HU over the root of the number of voxels
   const double chance =
       3 * 30. / 1050 * std::sqrt(static_cast<double>(added + body)) / static_cast<double>(body);
   EXPECT_NEAR(mass_error(grown, scan.grey, BelowAir::straight), 0, chance + 5e-4);
-  // the upper half of a Gauss curve has the mean 30 / sqrt(2 pi) = 12 HU, in some two thirds of the added
+  // the positive half of the noise has the mean 30 / sqrt(2 pi) = 12 HU, in about two thirds of the added
   // voxels
   EXPECT_GT(mass_error(grown, scan.grey, BelowAir::hold),
             0.5 * 12. / 1050 * static_cast<double>(added) / static_cast<double>(body));

@@ -1,4 +1,4 @@
-// Does with a scene or a model (TOML, MJCF, URDF, OpenSim) what the verbs do.
+// The verbs' steps on a scene or a model (TOML, MJCF, URDF, OpenSim).
 #pragma once
 
 #include "tests/mutation/reader.hpp"
@@ -9,7 +9,7 @@ namespace borelli::mutation {
 /// steps.
 Result<void> try_model(const std::filesystem::path& file);
 
-/// An error of the engine with the file's name put first, as the verbs print it.
+/// An error of the engine preceded by the file's name, as the verbs print it.
 tl::unexpected<Error> in_file(const std::string& file, Error error);
 
 /// These files of `samples/`, each a case.

@@ -226,7 +226,7 @@ bool is_text(const std::string& bytes) {
 }
 
 void edit(Chance& chance, std::string& bytes, const std::string& other) {
-  if (bytes.empty()) {  // nothing to damage: another file in its place
+  if (bytes.empty()) {  // nothing to damage: uses another file
     bytes = other;
     return;
   }

@@ -57,14 +57,14 @@ constexpr std::array library_words{"json.exception",
                                    "ARKODE",
                                    "parse error at"};
 
-// The message without what it quotes: a file's own words are no library's.
+// The message without its quotations: words from the file are not a library's.
 std::string without_quotations(std::string_view message) {
   std::string out;
   while (!message.empty()) {
     const char c = message.front();
     const bool opens = (c == '"' || c == '\'') && (out.empty() || out.back() == ' ' || out.back() == '(');
     const std::size_t end = opens ? message.find(c, 1) : 0;
-    if (end == message.npos) break;  // a quotation that does not end is all of the rest
+    if (end == message.npos) break;  // an unfinished quotation extends to the end
     if (!opens) out += c;
     message.remove_prefix(end + 1);
   }
@@ -73,7 +73,7 @@ std::string without_quotations(std::string_view message) {
 
 // The message without the names of the case's files: a mutation may choose them.
 std::string without_names(std::string message, std::vector<std::string> names) {
-  std::ranges::sort(names, std::greater<>(), &std::string::size);  // one name may hold another
+  std::ranges::sort(names, std::greater<>(), &std::string::size);  // longest first
   for (const std::string& name : names)
     for (std::size_t at = name.empty() ? message.npos : message.find(name); at != message.npos;
          at = message.find(name, at + 1))
@@ -81,7 +81,7 @@ std::string without_names(std::string message, std::vector<std::string> names) {
   return message;
 }
 
-// Where a file's own quotation marks hide the end of what the message quotes from it.
+// Whether a file contains these words, for quotations whose end the file's own quotation marks hide.
 bool a_file_holds(const std::filesystem::path& folder, const std::string& words) {
   return std::ranges::any_of(std::filesystem::directory_iterator(folder), [&](const auto& entry) {
     std::ifstream in(entry.path(), std::ios::binary);

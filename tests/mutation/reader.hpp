@@ -31,8 +31,8 @@ const Reader* find_reader(std::string_view name);
 tl::unexpected<Error> defect(const std::string& what);
 inline constexpr std::string_view defect_place = "DEFECT";
 
-/// What makes an error unfit for the user: a library's own text, no sentence, no file named. Empty: nothing.
-/// `file`: the one that was read.
+/// Why an error is unfit for users: a library's text, no sentence, or no file name; empty if it is fit.
+/// `file` was read.
 std::string fault_in(const Error& error, const std::filesystem::path& file);
 
 /// Reads a file and judges the answer; exceptions are caught and named. Empty: no fault. `refused`: the

@@ -1,4 +1,4 @@
-// Does with a volume what the verbs do first.
+// The first steps of verbs on a volume.
 #pragma once
 
 #include <functional>
@@ -15,7 +15,7 @@ Result<void> try_volume(const std::filesystem::path& path);
 /// A few voxels with CT numbers of air, flesh and bone.
 GreyVolume small_volume(bool oblique);
 
-/// The bytes of the file `name` that `write` leaves at its path. Throws where it fails.
+/// The bytes of the file `name` that `write` writes. Throws if it fails.
 std::string written(const std::string& name, const std::function<Result<void>(const std::string&)>& write);
 
 /// The bytes as gzip (RFC 1952).

@@ -1,4 +1,4 @@
-// Labels, findings and landmarks of another body, or moved, are told from those of the scan.
+// Labels, findings and landmarks of another body, or moved ones, are recognised as not belonging to the scan.
 #include "pipeline/body/belonging.hpp"
 
 #include <gtest/gtest.h>
@@ -36,13 +36,13 @@ LabelMap moved(const LabelMap& labels, std::int64_t by_x, std::int64_t by_z) {
 TEST(Belonging, DisplacedLabelsAreDoubtedByTheAirTheyHold) {
   const Scan scan = scan_of(4);
   const LabelsInAir sound = labels_in_air(scan.grey, scan.labels);
-  EXPECT_TRUE(sound.doubtful.empty());  // lungs and gut are of the body
+  EXPECT_TRUE(sound.doubtful.empty());  // lungs and gut count as body
   EXPECT_EQ(in_words(sound, scan.labels), "");
   EXPECT_LT(sound.bare, 0.01);
   for (const auto& [x, z] : {std::pair{3, 0}, {15, 15}}) {
     const LabelMap off = moved(scan.labels, x, z);
     const LabelsInAir air = labels_in_air(scan.grey, off);
-    // the drawn body's own labels tell where its air is
+    // air by the drawn body's own labels
     std::array<double, 256> held{}, outside{};
     double all = 0, out = 0;
     for (std::size_t o = 0; o < off.voxels.size(); ++o)
@@ -50,8 +50,8 @@ TEST(Belonging, DisplacedLabelsAreDoubtedByTheAirTheyHold) {
         const bool in_air = scan.labels.voxels[o] == 0;
         ++all, out += in_air, ++held[label], outside[label] += in_air;
       }
-    // skin voxels that are less than half body, and more than a fifth, count there and not here: a quarter of
-    // a voxel of 4 mm about limbs of 80 to 100 mm, on one side
+    // skin voxels between a fifth and half body count there and not here: a quarter of a voxel of 4 mm around
+    // limbs of 80 to 100 mm
     EXPECT_NEAR(air.all, out / all, 0.02) << x;
     for (std::size_t n = 1; n < parts.size(); ++n)
       EXPECT_NEAR(air.share[n], outside[n] / held[n], 0.08) << x << ' ' << parts[n].name;
@@ -71,7 +71,7 @@ TEST(Belonging, RefusesFindingsOfAnotherLabelMap) {
   const auto same = compare_volumes(own.part, scan.labels);
   ASSERT_TRUE(same);
   EXPECT_EQ(*same, "");
-  // one border moved by hand: told, and let pass
+  // one border moved by hand: reported, but accepted
   LabelMap mended = scan.labels;
   std::size_t left = 2000;
   const auto shank = part_label("shank_left"), thigh = part_label("thigh_left");
@@ -87,7 +87,7 @@ TEST(Belonging, RefusesFindingsOfAnotherLabelMap) {
   const auto refused = compare_volumes(other, scan.labels);
   ASSERT_FALSE(refused);
   EXPECT_NE(refused.error().message().find("16 of 16 parts"), std::string::npos) << refused.error().message();
-  // a map of some parts tells of those alone
+  // a map of some parts is judged by those alone
   LabelMap some = scan.labels;
   for (auto& label : some.voxels)
     if (label != thigh) label = 0;
@@ -122,7 +122,7 @@ TEST(Belonging, ReportsSwappedSides) {
   for (const char* stem : {"hand", "forearm", "foot", "shank"}) exchange(stem);
   EXPECT_EQ(compare_sides(labels), "");  // as with crossed arms and legs
   exchange("thigh");
-  EXPECT_EQ(compare_sides(labels), "");  // as nobody's are, nor all of them
+  EXPECT_EQ(compare_sides(labels), "");  // thighs alone are not reported
   exchange("upper_arm");
   EXPECT_NE(compare_sides(labels).find("thigh_left lies to the right of thigh_right, upper_arm_left"),
             std::string::npos)
@@ -144,7 +144,7 @@ TEST(Belonging, RefusesLandmarksOfAnotherBody) {
   ASSERT_TRUE(told) << told.error().message();
   EXPECT_NE(told->find("1 of 15 parts"), std::string::npos) << *told;
   EXPECT_NE(told->find("m from knee_left to the centre of shank_left"), std::string::npos) << *told;
-  // by a scanner's other origin, exchanged, in metres
+  // another origin, a mirrored axis, metres
   const auto others = [&](auto&& change) {
     Landmarks all = standing().landmarks;
     for (auto& [name, landmark] : all) change(landmark.point);

@@ -1,5 +1,5 @@
-// A small body of sixteen capsules for tests of what is drawn: volume, labels, joints, meshes and a motion
-// that are known in closed form.
+// A small body of sixteen capsules for tests of drawings: volume, labels, joints, meshes and a motion in
+// closed form.
 #pragma once
 
 #include <cmath>
@@ -86,7 +86,7 @@ inline Grid capsule_grid(double spacing) {
   return grid;
 }
 
-/// The capsule's surface as rings of points, closed at both ends; world frame, m.
+/// The capsule's surface as rings of points, closed at both ends; world axes, m.
 inline Mesh capsule_mesh(const std::string& name, const BodyCapsule& capsule, int around = 24,
                          int cap_rings = 6) {
   Mesh mesh{name, {}, {}};
@@ -132,7 +132,7 @@ inline std::vector<Mesh> capsule_meshes() {
   return meshes;
 }
 
-/// The inertia table of the body at 1040 kg/m^3, as inertia/table.json has it. The left foot counts as cut.
+/// The body's inertia table at 1040 kg/m^3, in the form of inertia/table.json. The left foot counts as cut.
 inline nlohmann::json capsule_table() {
   std::vector<InertiaRow> rows;
   const auto body = capsule_body();

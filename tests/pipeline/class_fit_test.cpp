@@ -1,5 +1,5 @@
-// Classes of the scan, and such as were mirrored, moved or are of another body: pairs that write_pairs.py
-// draws from the ICRP bodies, and the phantom's own.
+// Class maps that fit the scan, and mirrored, moved or foreign ones that do not: pairs that write_pairs.py
+// draws from the ICRP bodies, and the phantom's.
 #include "pipeline/body/class_fit.hpp"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@
 namespace borelli {
 namespace {
 
-// Seeds 1 to 24 were looked at when the limits were chosen, later ones not; BORELLI_PAIRS=FIRST,LAST tries
+// The limits were chosen with seeds 1 to 24; later seeds are independent. BORELLI_PAIRS=FIRST,LAST tries
 // others.
 TEST(ClassFit, RecognisesPairsOfTheIcrpBodies) {
   const std::string volumes = test::shared_folder() + "/volumes";
@@ -53,7 +53,7 @@ TEST(ClassFit, RecognisesPairsOfTheIcrpBodies) {
   }
 }
 
-// The phantom's bones, lungs and flesh by its own solids.
+// The phantom's bones, lungs and flesh, from its solids.
 TEST(ClassFit, RecognisesThePhantomsClasses) {
   const Phantom body = build_phantom({}).value();
   GridOptions grid;
@@ -87,7 +87,7 @@ TEST(ClassFit, RecognisesThePhantomsClasses) {
     EXPECT_NEAR(fit.shift[axis], -16, 4) << fit.shift.transpose();
     EXPECT_NE(in_words(fit).find("do not fit the scan"), std::string::npos);
   }
-  // flesh alone tells nothing of its place
+  // flesh alone does not determine the position
   for (auto& label : classes.labels.voxels) label = label == 3 ? 3 : 0;
   EXPECT_FALSE(class_fit(scan.grey, classes).judged);
 }

@@ -1,4 +1,4 @@
-// Lines of cuts against limbs whose planes are known in closed form.
+// Cut lines in pictures, for limbs whose planes are known in closed form.
 #include "pipeline/export/cut_lines.hpp"
 
 #include <gtest/gtest.h>
@@ -13,9 +13,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-const std::vector<std::string> names{"outside", "shank_left", "thigh_left", "hand_left"};  // not parts' order
+const std::vector<std::string> names{"outside", "shank_left", "thigh_left", "hand_left"};  // own order
 
-/// A thigh and shank as one rod of 40 mm along `axis` through `knee`, parted where `normal` says.
+/// A thigh and shank as one rod of radius 40 mm along `axis` through `knee`, separated by the plane with
+/// `normal`.
 struct Leg {
   Thumbnail copy;
   Cut cut;
@@ -78,7 +79,7 @@ TEST(CutLines, ShowOnlyPlanesThatCutTheLabels) {
   Cut other = leg.cut;
   other.distal = part_label("shank_right");
   Cut flat = leg.cut;
-  flat.normal = -Vector3d::UnitY();  // no line in the picture
+  flat.normal = -Vector3d::UnitY();  // gives no line in the picture
   EXPECT_TRUE(cut_lines(leg.copy, names, {elsewhere, other, flat}).empty());
   leg.copy.labels.clear();
   EXPECT_TRUE(cut_lines(leg.copy, names, {leg.cut}).empty());

@@ -1,4 +1,4 @@
-// Decimation against a distance measured here by itself, and against what topology forbids.
+// Decimation: distances measured independently, and topology.
 #include "pipeline/export/decimate.hpp"
 
 #include <gtest/gtest.h>
@@ -49,7 +49,7 @@ void add_octahedron(TriangleSurface& s, const Vector3d& centre, double radius) {
       }
 }
 
-// The farthest that points of `from` lie from `to`, by VTK's search for the nearest triangle.
+// The largest distance of points of `from` to `to`, by VTK's search for the nearest triangle.
 double farthest(const TriangleSurface& from, const TriangleSurface& to) {
   vtkNew<vtkPoints> points;
   points->SetDataTypeToDouble();
@@ -101,7 +101,8 @@ TEST(Decimate, KeepsToleranceAndTopology) {
 }
 
 // A torus within 0.1 needs few triangles: chords of a circle of radius 10 with sagitta s are 2 sqrt(2 * 10 *
-// s) long, so about area / (0.43 * chord^2) triangles inscribed; an optimal mesh lies half in, half out.
+// s) long, so an inscribed mesh needs about area / (0.43 * chord^2) triangles; an optimal mesh lies half
+// inside, half outside.
 TEST(Decimate, NeedsFewTriangles) {
   const TriangleSurface fewer = decimate(torus(160, 80, 30, 10), 0.1);
   const double area = 4 * std::numbers::pi * std::numbers::pi * 30 * 10, chord = 2 * std::sqrt(2 * 10 * 0.1);
@@ -122,7 +123,7 @@ TEST(Decimate, LeavesNoLongEdges) {
   EXPECT_GT(longest(decimate(whole, 2)), 8);
   EXPECT_TRUE(is_closed(fewer.points.size(), fewer.triangles));
   EXPECT_LT(fewer.triangles.size(), whole.triangles.size() / 2);
-  EXPECT_EQ(decimate(whole, 2, 0.5).triangles.size(), whole.triangles.size());  // all are longer already
+  EXPECT_EQ(decimate(whole, 2, 0.5).triangles.size(), whole.triangles.size());  // edges are longer already
 }
 
 TEST(Decimate, KeepsPiecesOfAFewTriangles) {
@@ -135,7 +136,7 @@ TEST(Decimate, KeepsPiecesOfAFewTriangles) {
   EXPECT_EQ(euler(fewer), 0 + 2 + 2);
 }
 
-// Two sheets a quarter of the tolerance apart are not sewn together, and noise does not break it
+// Two sheets a quarter of the tolerance apart are not joined, and noise does not break the surface
 TEST(Decimate, KeepsThinAndRoughSurfacesClosed) {
   TriangleSurface flat = torus(120, 60, 30, 10);
   for (auto& p : flat.points) p.z() *= 0.01;  // 0.2 thick

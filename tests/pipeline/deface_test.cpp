@@ -1,5 +1,5 @@
-// A face taken away from heads drawn in closed form, whichever way they look: how far what is left lies from
-// the face, and that nothing else changes.
+// Defacing of heads drawn in closed form, in any orientation: the distance of the rest from the face; nothing
+// else changes.
 #include "pipeline/export/deface.hpp"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 /// the chin 232 mm below the vertex) on a neck and shoulders. In its own axes (left, front, up) from the
 /// middle of the cranium; the whole head is nodded and turned about the neck's top, the rest stands.
 struct Head {
-  double nod = 0, turn = 0;  // rad: to look down, to look to the left
+  double nod = 0, turn = 0;  // rad: positive: looks down, looks to the left
   Vector3d pivot{0, -25, -100};
 
   Eigen::Matrix3d rotation() const {
@@ -39,7 +39,7 @@ struct Head {
                        ball(p, {0, 95, -55}, {13, 20, 18}) ||   // nose
                        ball(p, {78, -10, -40}, {10, 16, 30}) || ball(p, {-78, -10, -40}, {10, 16, 30}));
   }
-  /// Part label at a place in (left, front, up).
+  /// Part label at a position (left, front, up).
   std::uint8_t part(const Vector3d& p) const {
     if (p[2] > -150) {
       const bool neck = p[2] < -60 && std::hypot(p[0], p[1] + 25) < 58;
@@ -80,8 +80,8 @@ Vector3d place(const Thumbnail& copy, std::size_t at) {
                                                static_cast<double>(n / nx / ny));
 }
 
-/// Places of the face's surface: the foremost of each column between brow and chin, as far to the sides as
-/// the eyes' outer corners (45 mm from the middle), the mouth's (28 mm) and the chin's (16 mm).
+/// Points of the face's surface: the foremost of each column between brow and chin, sideways up to the outer
+/// corners of the eyes (45 mm from the middle) and of the mouth (28 mm) and to the chin's sides (16 mm).
 std::vector<Vector3d> face_of(const Head& head) {
   std::vector<Vector3d> places;
   for (double z = -120; z <= 0; z += 5)
@@ -122,8 +122,8 @@ TEST_P(Deface, RemovesEverythingNearTheFace) {
     if (std::sqrt(distance) < nearest) nearest = std::sqrt(distance), where = place;
     mean += std::sqrt(distance) / static_cast<double>(face.size());
   }
-  // the plane is to lie 0.22 x 197 = 43 mm behind the foremost line; this head's eye corners lie 20 to 25 mm
-  // behind that line, its mouth's and chin's sides up to 28 mm
+  // the plane should lie 0.22 x 197 = 43 mm behind the foremost line; this head's eye corners lie 20 to 25 mm
+  // behind that line, the sides of mouth and chin up to 28 mm
   EXPECT_GT(nearest, 10) << "from " << head.back(lps(where)).transpose();
   EXPECT_GT(mean, 25);
 }
@@ -140,7 +140,7 @@ TEST_P(Deface, ChangesNothingElse) {
     const Vector3d p = lps(place(copy, at)), own = head.back(p);
     all += whole.labels[at] == label;
     taken += whole.labels[at] == label && copy.labels[at] == 0;
-    // below the head's part, and of it all that lies behind the ears' fronts
+    // unchanged below the head, and in the head behind the front of the ears
     if (p[2] < -155 || (whole.labels[at] != 0 && p[2] > -60 && own[1] < 10)) {
       ASSERT_EQ(copy.labels[at], whole.labels[at]) << p.transpose();
       ASSERT_EQ(copy.grey[at], whole.grey[at]) << p.transpose();
@@ -171,7 +171,7 @@ TEST_P(Deface, MeshIsClosedAndEndsAtThePlane) {
     return far;
   };
   EXPECT_GT(foremost(before[0]), 40);  // the nose
-  EXPECT_LT(foremost(meshes[0]), 3);   // a voxel's thickness, and what decimation may move
+  EXPECT_LT(foremost(meshes[0]), 3);   // a voxel's thickness, and the tolerance of decimation
 }
 
 INSTANTIATE_TEST_SUITE_P(Poses, Deface,

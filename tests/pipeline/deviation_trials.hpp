@@ -1,6 +1,5 @@
-// Trials of what deviations.hpp promises: a phantom whose exact table is known, scanned with another density
-// curve than the program takes for true, on a grid, with noise and with landmarks that are drawn anew each
-// time.
+// Trials of the deviations in deviations.hpp. A phantom with a known exact table is scanned with another
+// density curve than the program's, on a grid, with noise and with landmarks drawn anew each time.
 #pragma once
 
 #include <cmath>
@@ -35,7 +34,7 @@ inline int hu_at(const DensityCurve& curve, double density) {
   return best;
 }
 
-// How far our segmentation's landmarks are off, mm: as it states for scans of 2 to 3 mm.
+// Deviation of our segmentation's landmarks, mm, as stated for scans of 2 to 3 mm.
 inline double deviation_of(const std::string& name) {
   if (name.starts_with("hip") || name.starts_with("shoulder")) return 2;
   if (name.starts_with("asis")) return 6;
@@ -43,7 +42,7 @@ inline double deviation_of(const std::string& name) {
   return 4;
 }
 
-/// One trial; adds up by entry's name, over all parts.
+/// Runs one trial and adds its results per entry, over all parts.
 inline void try_deviations(const Phantom& exact, std::uint32_t seed, double finest, double coarsest,
                            std::map<std::string, TrialCount>& counts) {
   std::mt19937 random(seed);

@@ -25,12 +25,12 @@ TEST(Deviations, EstimateTheNoiseFromTheScan) {
   const Grid grid = phantom_grid(standing(), coarse);
   for (const double noise : {0.0, 10.0, 30.0}) {
     const Scan scan = voxelise(standing(), grid, {.noise_hu = noise, .seed = 5});
-    // fat beside muscle differs by less than three deviations of the larger noise, and stays in
+    // fat beside muscle differs by less than three deviations of the larger noise, so it is included
     EXPECT_NEAR(estimate_noise(scan.grey, scan.labels), noise, 0.2 * noise) << noise;
   }
 }
 
-// A plane that moves by d through a limb of section A takes A d from one part and gives it to the other.
+// A plane that moves by d through a limb of cross-section A moves the volume A d from one part to the other.
 TEST(Deviations, RecutMovesTheVoxelsBetweenThePlanes) {
   GridOptions coarse;
   coarse.spacing = Vector3d::Constant(4);
@@ -54,7 +54,7 @@ TEST(Deviations, RecutMovesTheVoxelsBetweenThePlanes) {
             std::abs(g.point(Vector3d(double(i), double(j), double(k)))[2] - (z - 10)) < 10)
           volume += g.voxel_volume();
   section = volume / 20;
-  // the sample's voxels between the planes, some 400 of 6000: 5 %
+  // the sample's voxels between the planes, about 400 of 6000: 5 %
   EXPECT_NEAR(gains[static_cast<std::size_t>(part_label("upper_trunk"))].volume, section * 10 * 1e-9,
               0.07 * section * 10 * 1e-9);
   EXPECT_NEAR(gains[static_cast<std::size_t>(part_label("upper_trunk"))].mass +
@@ -62,8 +62,8 @@ TEST(Deviations, RecutMovesTheVoxelsBetweenThePlanes) {
               0, 1e-12);
 }
 
-// By `bone` no plane cuts: a disc's deviation makes of the parts beside it what segmenting anew with that
-// disc so far off does, within a factor of two.
+// With the rule `bone` there is no cutting plane. A disc's deviation changes the adjacent parts as a new
+// segmentation with the moved disc does, within a factor of two.
 TEST(Deviations, DiscsMoveBoundariesThatFollowBones) {
   const Phantom body = build_phantom({.variation = 6003}).value();
   GridOptions coarse;
@@ -100,9 +100,9 @@ TEST(Deviations, DiscsMoveBoundariesThatFollowBones) {
   }
 }
 
-// The exact value lies within two deviations in about 95 of 100 cases. All entries of 16 parts in a trial
-// share its curve and landmarks; taken as no more than 16 independent cases a trial, n = 16 x 12 = 192 gives
-// 0.95 a standard deviation of 0.016: from 0.90 to 0.998 are three of them. A longer run: deviations_bench.
+// The exact value lies within two deviations in about 95 of 100 cases. All entries of a trial share its curve
+// and landmarks. Counted as 16 independent cases per trial, n = 16 x 12 = 192 gives the share 0.95 a standard
+// deviation of 0.016; 0.90 to 0.998 is three of them. A longer run: deviations_bench.
 TEST(Deviations, CoverTheExactValueInNineteenOfTwentyCases) {
   std::map<std::string, test::TrialCount> counts;
   for (std::uint32_t trial = 0; trial < 12; ++trial)
@@ -119,8 +119,8 @@ TEST(Deviations, CoverTheExactValueInNineteenOfTwentyCases) {
   EXPECT_LE(all.share(), 0.998);
 }
 
-// The whole way from grey values: landmarks in a drawn body are found better than in a person, so that all
-// but few lie within; no bias of volumes or masses passes for exact.
+// The whole path from grey values. Landmarks are found better in a drawn body than in a person, so nearly all
+// errors lie within; a bias of volumes or masses would show.
 TEST(Deviations, CoverTheErrorsOfASegmentedScan) {
   const Phantom body = build_phantom({.sex = Sex::female, .variation = 502}).value();
   GridOptions grid;
@@ -147,9 +147,9 @@ TEST(Deviations, CoverTheErrorsOfASegmentedScan) {
   }
 }
 
-// An MR scan: its tissues weigh what a curve that is drawn says, not what the reading takes them for. All
-// parts of a body share these, so that eight bodies are some 8 x 4 independent cases: three deviations of .95
-// are .12. A longer run: deviations_bench mr.
+// An MR scan: the drawn densities differ from those that the program assumes. All parts of a body share them,
+// so eight bodies are about 8 x 4 independent cases: three deviations of .95 are .12. A longer run:
+// deviations_bench mr.
 TEST(Deviations, CoverTheMassOfAnMr) {
   std::map<std::string, test::TrialCount> entries, parts;
   for (std::uint32_t trial = 0; trial < 8; ++trial) test::try_mr(4000 + trial, 5, 7, entries, parts);
@@ -163,11 +163,11 @@ TEST(Deviations, CoverTheMassOfAnMr) {
   std::printf("all %.1f %%\n", 100 * all.share());
   EXPECT_GE(all.share(), 0.9);
   EXPECT_LE(all.share(), 0.995);
-  for (const auto& [part, count] : parts)  // and no deviation is as wide as it likes
+  for (const auto& [part, count] : parts)  // and deviations are not too wide
     EXPECT_GT(std::sqrt(count.squares / count.cases), 0.3) << part;
 }
 
-// What is thick and dark weighs as lung in the chest alone.
+// Thick dark regions count as lung only in the chest.
 TEST(Deviations, LimbsOfAnMrHaveNoLung) {
   LabelMap labels;
   labels.grid.size = {4, 1, 1};

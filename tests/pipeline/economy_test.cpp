@@ -1,5 +1,5 @@
-// The smallest model that does: scenes of which the answer is known, and its errors by simulating what it
-// wrote.
+// The smallest sufficient model: scenes with known answers; errors are checked by simulating the written
+// model.
 #include "pipeline/charts/economy_page.hpp"
 
 #include <fmt/format.h>
@@ -17,8 +17,8 @@
 namespace borelli {
 namespace {
 
-// An arm that swings and carries a hand, whose wrist a spring of so many N m/rad holds straight, on which
-// sits a ring that nothing turns.
+// An arm swings and carries a hand. A spring of `stiffness` N m/rad holds the wrist straight; a ring on the
+// hand never turns.
 Scene arm(double stiffness, double hand_mass = 0.5) {
   const std::string text = R"(name = "arm"
 [simulation]
@@ -73,11 +73,11 @@ TEST(Economy, LocksAStiffWristAndAnUnmovedRing) {
   EXPECT_EQ(e.models[0].coordinates, 3);
   EXPECT_EQ(e.models[2].coordinates, 1);
   EXPECT_EQ(e.models[2].bodies, 1);
-  EXPECT_LT(e.models[1].error, 2 * e.accuracy);  // it does not turn at all
+  EXPECT_LT(e.models[1].error, 2 * e.accuracy);  // the ring does not turn
   // the spring bends by about the hand's moment over its stiffness: m g c / k, over the scene's length
   EXPECT_GT(e.models[2].error, 1e-5);
   EXPECT_LT(e.models[2].error, 1e-3);
-  EXPECT_TRUE(e.smallest.efforts.empty());  // a spring on what is locked
+  EXPECT_TRUE(e.smallest.efforts.empty());  // its spring acted on a locked coordinate
   ASSERT_EQ(e.refusals.size(), 1u);
   EXPECT_EQ(e.refusals[0].change, "coordinate 'shoulder'");
   EXPECT_GT(e.refusals[0].error, 0.1);
@@ -90,7 +90,7 @@ TEST(Economy, KeepsAWeakWristFree) {
 }
 
 TEST(Economy, RequestedQuantitiesDecide) {
-  // the hand flaps, but it weighs little beside the arm, of which alone the motion is asked for
+  // the hand flaps, but it is light, and only the arm's motion counts
   EXPECT_EQ(scene_economy(arm(0, 1e-3), {.tolerance = 1e-2}).value().models.back().coordinates, 2);
   const auto of_arm = [](double hand_mass) {
     return scene_economy(arm(0, hand_mass),
@@ -101,8 +101,8 @@ TEST(Economy, RequestedQuantitiesDecide) {
   const EconomyModel light = of_arm(1e-4), heavier = of_arm(1e-3);
   EXPECT_EQ(light.coordinates, 1);
   EXPECT_EQ(heavier.coordinates, 1);
-  // a small mass that is held wrongly disturbs the arm in proportion to it
-  EXPECT_NEAR(heavier.error / light.error, 10, 1);  // (and the next order by its square)
+  // a small mass held wrongly disturbs the arm in proportion to its mass
+  EXPECT_NEAR(heavier.error / light.error, 10, 1);  // the next order by its square
 }
 
 TEST(Economy, ErrorsAreThoseOfTheWrittenScene) {
@@ -115,7 +115,7 @@ TEST(Economy, ErrorsAreThoseOfTheWrittenScene) {
   ASSERT_EQ(answer["models"].size(), 3u) << answer["stays"];
   for (const char* file : {"economy.html", "economy.csv", "error.svg", "time.png"})
     EXPECT_TRUE(std::filesystem::exists(folder / file)) << file;
-  // both by another method, much better
+  // both by another method, much more exactly
   const auto motion = [](const Scene& scene) {
     const System system = compile(scene).value();
     SimulationSettings how = scene.simulation;
@@ -136,7 +136,7 @@ TEST(Economy, ErrorsAreThoseOfTheWrittenScene) {
 }
 
 TEST(Economy, LocksALoopCompletelyOrNotAtAll) {
-  // of a four-bar every coordinate follows from any other: to lock one is to lock all
+  // in a four-bar every coordinate determines the others: locking one locks all
   const Scene scene = read_scene(test::source_folder() + "/samples/four_bar_2.toml").value();
   Scene shorter = scene;
   shorter.simulation.end_time = 0.3;
@@ -178,8 +178,8 @@ TEST(Economy, CentreIsThatOfAllMovingSolidsOfTheWholeModel) {
   EXPECT_EQ(e.models.size(), 1u);
   const double length = compile(twins).value().length;
   for (const char* one : {"coordinate 'left.x'", "coordinate 'right.x'"})
-    EXPECT_NEAR(refused_error(e, one), 1 / length, 2 * e.accuracy + 1e-4) << one;  // (1e-4: of the instants)
-  // what turns about its own centre of gravity moves no centre; its mass counts all the same
+    EXPECT_NEAR(refused_error(e, one), 1 / length, 2 * e.accuracy + 1e-4) << one;  // 1e-4: sampling
+  // a body that turns about its gravity centre does not move it; its mass still counts
   const Scene spun = read_text("name = \"spun\"\ngravity = [0, 0, 0]\n[simulation]\nend_time = 2\n" +
                                slider("left", 1, 10) + R"([[solid]]
 name = "wheel"
@@ -196,13 +196,13 @@ tensor = [1e-3, 1e-3, 1e-3]
 }
 
 TEST(Economy, SeesSwingsInStepWithTheOutputs) {
-  // 100 Hz, looked at every 0.01 s: it always seems to stand where it began
+  // 100 Hz, sampled every 0.01 s: it always seems to be at its start
   const Scene buzz = read_text("name = \"buzz\"\ngravity = [0, 0, 0]\n[simulation]\nend_time = 2\n" +
                                slider("buzzer", 0.3, std::pow(200 * M_PI, 2)));
   const Economy e = scene_economy(buzz, {.tolerance = 0.05}).value();
   EXPECT_EQ(e.models.size(), 1u);
   EXPECT_NEAR(refused_error(e, "coordinate 'buzzer.x'"), 0.6 / compile(buzz).value().length, 0.02);
-  EXPECT_GT(e.instants, 800);  // two to a period at the least
+  EXPECT_GT(e.instants, 800);  // at least two per period
   EXPECT_FALSE(e.sparse);
 }
 
@@ -231,15 +231,15 @@ tensor = [0.01, 0.01, 0.01]
   EXPECT_EQ(changes(e), (std::vector<std::string>{"", "coordinate 'drive'"}));
   EXPECT_EQ(e.models[1].coordinates, 1);
   EXPECT_EQ(e.models[1].bodies, 1);
-  // asked for itself, it is off by all its amplitude
+  // if its own motion counts, the error is its whole amplitude
   const Economy of_drive =
       scene_economy(driven(0.2), {.quantities = {"coordinate:drive"}, .tolerance = 0.1}).value();
   EXPECT_NEAR(refused_error(of_drive, "coordinate 'drive'"), 0.2, 1e-4);
 }
 
 TEST(Economy, LocksTwoCoordinatesWithOppositeErrorsTogether) {
-  // a bar carries two wheels that spin up against each other: mirror images, so that it stays at rest; with
-  // one of them held it turns
+  // a bar carries two wheels that spin up in opposite directions, so it stays at rest; with one wheel locked
+  // it turns
   std::string text = R"(name = "mirror"
 gravity = [0, 0, 0]
 [simulation]
@@ -267,7 +267,7 @@ stiffness = 0.5
 )",
                         name, 0.3 * side);
   const Economy e = scene_economy(read_text(text), {.quantities = {"turn:bar"}, .tolerance = 5e-3}).value();
-  EXPECT_EQ(e.models.back().coordinates, 0);  // (the bar rests, and then the wheels are nobody's)
+  EXPECT_EQ(e.models.back().coordinates, 0);  // the bar rests, so the wheels do not matter
   Scene held = read_text(text);
   held.solids[0].switches[0].v = {0.1};  // now it may not be locked
   const Economy turning = scene_economy(held, {.quantities = {"turn:bar"}, .tolerance = 5e-3}).value();

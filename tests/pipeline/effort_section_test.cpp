@@ -16,7 +16,7 @@ namespace {
 
 using nlohmann::json;
 
-/// The text of a table's cells, row by row, without the head.
+/// The text of a table's cells, row by row, without the header.
 std::vector<std::vector<std::string>> rows_of(const std::string& html, const std::string& table) {
   const auto from = html.find("class=\"numbers " + table + "\"");
   const std::string body = html.substr(from, html.find("</table>", from) - from);
@@ -48,7 +48,7 @@ TEST(EffortSection, TabulatesPeaksOfPendulums) {
   ASSERT_TRUE(made) << made.error().message();
   const auto rows = rows_of(made->html, "peaks");
   ASSERT_EQ(rows.size(), 5u);
-  // the knees stand before the hip, left before right, though the data have them the other way round
+  // the knees come before the hip, left before right, in contrast to the data
   const std::vector<std::pair<std::string, Pendulum>> knees{{"Left knee, flexion", left_shank()},
                                                             {"Right knee, flexion", right_shank()}};
   for (std::size_t i = 0; i < 2; ++i) {
@@ -61,7 +61,7 @@ TEST(EffortSection, TabulatesPeaksOfPendulums) {
     // half a sample (0.005 s) beside the peak costs under 0.1 %, the table's three digits 0.5 %
     const double power = number_in(rows[i][4]), largest = largest_power(shank);
     EXPECT_NEAR(std::abs(power), largest, 0.006 * largest);
-    // up and down swing give the same size: the sign tells which of them the time names
+    // upward and downward swings have the same peak size; the sign must match the named time
     EXPECT_NEAR(shank.power(number_in(rows[i][5])), power, 0.006 * largest);
     EXPECT_EQ(rows[i][6], "joint centres, 60 %");
   }
@@ -71,7 +71,7 @@ TEST(EffortSection, TabulatesPeaksOfPendulums) {
   EXPECT_EQ(rows[4][1], "−9.00");
 }
 
-TEST(EffortSection, HoldsResidualsAgainstTheAdvice) {
+TEST(EffortSection, ComparesResidualsWithTheAdvice) {
   const auto made = effort_section(pendulum_efforts("swing.trc"));
   ASSERT_TRUE(made);
   const auto rows = rows_of(made->html, "residuals");

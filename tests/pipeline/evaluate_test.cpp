@@ -1,4 +1,4 @@
-// `borelli evaluate` as other programs use it: flat arrays in the scene's own order, equations that add up.
+// `borelli evaluate` as other programs use it: flat arrays in the scene's order that satisfy the equations.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -59,7 +59,7 @@ TEST(Evaluate, MissingVelocitiesAndEffortsAreZero) {
 }
 
 TEST(Evaluate, KeepsTheOrderOfTheFile) {
-  // the child stands before its parent in the second file: same motion, other order
+  // the second file lists the child before its parent: same motion, other order
   const std::string upper =
       "[[solid]]\nname='upper'\njoint={rotation='y',name='a'}\nmass=1\ncentre=[0,0,-0.5]\ntensor=[0.1,0.1,0."
       "01]\n";
@@ -81,7 +81,7 @@ TEST(Evaluate, KeepsTheOrderOfTheFile) {
 }
 
 TEST(Evaluate, AcceptsTheEndStateOfASimulation) {
-  // a child before its parent, with a ball: what simulate answers is a state of the same energy here
+  // a child before its parent, with a ball: a state from `simulate` has the same energy in `evaluate`
   const TestFolder folder;
   const std::string scene = folder.write(
       "scene.toml",
@@ -162,7 +162,7 @@ TEST(Evaluate, BothEquationsAgree) {
   ASSERT_EQ(lagrange.code, 0) << lagrange.err;
   const json a = json::parse(lagrange.out, nullptr, false), b = json::parse(recursive.out, nullptr, false);
   for (const char* key : {"acceleration", "bias", "generalized_efforts"})
-    for (int i = 0; i < 3; ++i) EXPECT_NEAR(a[key][i], b[key][i], 1e-12) << key;  // of some 10
+    for (int i = 0; i < 3; ++i) EXPECT_NEAR(a[key][i], b[key][i], 1e-12) << key;  // of about 10
   EXPECT_EQ(run_program(verb + "newton").code, 2);
 }
 
@@ -181,8 +181,8 @@ TEST(Evaluate, DerivativesMatchHandCalculation) {
 }
 
 TEST(Evaluate, ReactionsUseTheAxesOfWorldOrParent) {
-  // a point of 1 kg, 1 m out on a table that has turned by a quarter and turns at 2 rad/s: it is held up by
-  // its weight and pulled in by 4 N, along the table's x, which is the world's y
+  // a point of 1 kg, 1 m out on a table that has turned by a quarter and turns at 2 rad/s: the joint bears
+  // its weight and pulls it inwards by 4 N, along the table's x, which is the world's y
   const TestFolder folder;
   const std::string scene = folder.write("table.toml", R"(gravity = [0, 0, -9.81]
 [[solid]]

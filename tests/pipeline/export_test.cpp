@@ -1,4 +1,4 @@
-// `borelli export` on a small label map: the files it leaves, and what it says of them.
+// `borelli export` on a small label map: its files and its messages about them.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -44,7 +44,7 @@ TEST_F(Export, WritesAMeshPerPartInBothFormats) {
   ASSERT_EQ(said["parts"].size(), 2u);
   for (const auto& part : said["parts"]) {
     EXPECT_TRUE(part["closed"]);
-    EXPECT_NEAR(part["volume_m3"].get<double>() / (216 * 8e-9), 1, 0.005);  // the voxels'
+    EXPECT_NEAR(part["volume_m3"].get<double>() / (216 * 8e-9), 1, 0.005);  // the voxels' volume
   }
   for (const char* file : {"head.stl", "head.vtp", "upper_trunk.stl", "upper_trunk.vtp"})
     EXPECT_TRUE(fs::exists(folder_ / "out" / file)) << file;

@@ -1,4 +1,4 @@
-// Close-ups of balls and a rod whose places are known: what shows in them lies where the fit says.
+// Close-up pictures of balls and a rod at known positions: the picture agrees with the fit.
 #include "pipeline/export/fit_pictures.hpp"
 
 #include <gtest/gtest.h>
@@ -36,8 +36,8 @@ GreyVolume scan() {
   return volume;
 }
 
-// Bytes above the middle between bone and ground: their share of the picture, and their mean from its middle
-// in pixels.
+// The bone in a picture: share of bytes above the middle between bone and background, and their mean position
+// from the picture's centre, pixels.
 struct Disc {
   double share = 0;
   Eigen::Vector2d off = Eigen::Vector2d::Zero();
@@ -80,8 +80,8 @@ TEST(FitPictures, BoneLiesWithinItsCircle) {
               1e-9);
 }
 
-// A centre that is off shows as far off in the picture, on the side where it is: to the patient's left on the
-// right, up above.
+// A wrong centre shows in the picture with its error and direction: the patient's left is on the right, up is
+// up.
 TEST(FitPictures, ShowAWrongCentre) {
   Landmarks marks;
   marks["hip_left"] = {ball + Vector3d(-5, 0, -4), 1.5, ball_radius, ""};

@@ -1,4 +1,4 @@
-// body.glb read back byte by byte (not by the library that wrote it), and by Khronos' own validator.
+// body.glb read back byte by byte, not by the library that wrote it, and by Khronos' validator.
 #include "pipeline/export/glb.hpp"
 #include "tests/paths.hpp"
 
@@ -121,8 +121,8 @@ TEST(Glb, NodesPlacePointsWhereTheyWereScanned) {
   }
 }
 
-// A capsule's true normal points away from its axis; the facets' mean differs by at most the angle of a
-// facet's half width, 7.5 degrees around (24 points) and 7.5 along the cap (6 rings).
+// A capsule's true normal points away from its axis. The facets' mean normal differs by at most half a
+// facet's angle, 7.5 degrees around (24 points) and 7.5 along the cap (6 rings).
 TEST(Glb, NormalsPointOutwards) {
   const Parsed file = parse(capsule_glb());
   const auto body = capsule_body();
@@ -178,7 +178,7 @@ TEST(Glb, AnimationEqualsTheTrajectory) {
       }
     }
     EXPECT_LT(worst, 4e-7) << name;      // float: 6e-8 relative, four products in an entry of R
-    EXPECT_GT(least_dot, 0.99) << name;  // 0.01 s at under 6 rad/s: never the long way round
+    EXPECT_GT(least_dot, 0.99) << name;  // 0.01 s at under 6 rad/s: always the short way round
   }
 }
 
@@ -193,7 +193,7 @@ TEST(Glb, ThinningKeepsEndsAndOrder) {
   EXPECT_GE(kept.size(), 55u);
   EXPECT_LE(kept.size(), 61u);
   EXPECT_EQ(kept_samples({0, 0.5, 0.5, 1}, 60),
-            (std::vector<std::size_t>{0, 1, 3}));  // an event: one time twice
+            (std::vector<std::size_t>{0, 1, 3}));  // an event repeats one time
   EXPECT_EQ(kept_samples({0.25}, 60), (std::vector<std::size_t>{0}));
   EXPECT_TRUE(kept_samples({}, 60).empty());
 }

@@ -1,4 +1,4 @@
-// Grey values counted: against a plain count of each bin, and bins that hold what they should.
+// The histogram of grey values against a plain count per bin, and the choice of bins.
 #include "pipeline/export/histogram.hpp"
 
 #include <gtest/gtest.h>
@@ -45,7 +45,7 @@ TEST(Histogram, EqualsAPlainCountOfEveryBin) {
 
 TEST(Histogram, LeavesStrayValuesOutsideItsBins) {
   GreyVolume grey;
-  grey.grid.size = {200, 100, 100};  // 2 million voxels: 20 at either end are stray
+  grey.grid.size = {200, 100, 100};  // 2 million voxels: 20 at either end count as outliers
   grey.voxels.resize(grey.grid.count());
   for (std::size_t at = 0; at < grey.voxels.size(); ++at)
     grey.voxels[at] = static_cast<std::int16_t>(at % 100);
@@ -59,7 +59,7 @@ TEST(Histogram, LeavesStrayValuesOutsideItsBins) {
   EXPECT_EQ(made.above, 20u);
   EXPECT_TRUE(made.body.empty());
   EXPECT_EQ(sum(made.all), grey.voxels.size() - 40);
-  grey.voxels[7] = 30'000;  // one more is no stray: the bins reach it
+  grey.voxels[7] = 30'000;  // one more is no outlier, so the bins include it
   const Histogram wide = histogram(grey, nullptr);
   EXPECT_EQ(wide.above, 0u);
   EXPECT_EQ(wide.width, 100);

@@ -1,4 +1,4 @@
-// `borelli inertia` as a user runs it: files in, table out, exit codes and sentences.
+// `borelli inertia` as a user runs it: inputs, table, exit codes and messages.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -67,7 +67,7 @@ TEST_F(InertiaVerb, CsvJsonAndAnswerAgree) {
   double sum = 0;
   for (std::size_t n = 0; n < 16; ++n) sum += rows->number(n, "mass_kg");
   EXPECT_NEAR(sum, rows->number(16, "mass_kg"), 1e-6);
-  EXPECT_EQ(folder.count(), 6);  // and nothing half-written beside
+  EXPECT_EQ(folder.count(), 6);  // no partly written file remains
 }
 
 TEST_F(InertiaVerb, PrintsPartsAndPublishedValues) {
@@ -76,7 +76,7 @@ TEST_F(InertiaVerb, PrintsPartsAndPublishedValues) {
   ASSERT_EQ(answer.code, 0);
   for (const char* word : {"thigh_left", "HJC-KJC", "14.78", "36.1", "body", "schneider2000", "deleva1996"})
     EXPECT_NE(answer.out.find(word), std::string::npos) << word;
-  // without landmarks there is no length to compare by
+  // without landmarks no lengths can be compared
   const ProgramRun bare = run_program("inertia" + inputs());
   EXPECT_EQ(bare.code, 0);
   EXPECT_EQ(bare.out.find("HJC-KJC"), std::string::npos);
@@ -95,7 +95,7 @@ TEST_F(InertiaVerb, ComparesTablesAndRefusesOtherConventions) {
   bool found = false;
   for (const auto& one : json.at("differences"))
     if (one.at("part") == "body" && one.at("entry") == "mass_kg") {
-      found = true;  // the curves' excess on the ICRP male, density.hpp: -0.87 and +0.54 %, on another body
+      found = true;  // density.hpp: -0.87 and +0.54 % on the ICRP male, another body
       EXPECT_NEAR(one.at("percent").get<double>(), -1.4, 0.6);
     }
   EXPECT_TRUE(found);
@@ -140,7 +140,7 @@ TEST_F(InertiaVerb, UsesTheCutsOfTheFindings) {
   const ProgramRun refused = run_program(found + " --convention deleva1996");
   EXPECT_EQ(refused.code, 2);
   EXPECT_NE(refused.err.find("were cut by bone"), std::string::npos) << refused.err;
-  // an account of before conventions were told
+  // an old segmentation.json without conventions
   folder.write("segmentation.json", R"({"parts": {}})");
   EXPECT_NE(run_program(found).out.find("Cuts: deleva1996"), std::string::npos);
   EXPECT_EQ(run_program(found + " --convention dempster").code, 0);
@@ -154,7 +154,7 @@ TEST_F(InertiaVerb, IsbFramesAreNamedOnlyIfPresent) {
   const ProgramRun full = run_program(isb + " --landmarks " + file("landmarks.json"));
   EXPECT_EQ(full.code, 0) << full.err;
   EXPECT_NE(full.out.find("frames: isb"), std::string::npos);
-  // joints alone lay no frame of the ISB
+  // joints alone do not define ISB frames
   const Phantom phantom = build_phantom({}).value();
   Landmarks joints;
   for (const Part& part : parts)

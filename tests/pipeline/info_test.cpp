@@ -56,7 +56,7 @@ TEST(Info, BadScenesAndTrajectoriesAreRefusedInOneSentence) {
   EXPECT_NE(run.code, 0);
   EXPECT_EQ(run.out, "");
   EXPECT_FALSE(run.err.empty());
-  // a pipe into which nobody writes is not waited for
+  // info does not wait for a pipe without a writer
   const std::string pipe = folder.write("pipe.nii", "").string();
   ASSERT_EQ(unlink(pipe.c_str()) + mkfifo(pipe.c_str(), 0600), 0);
   run = run_program("info " + pipe, "timeout 20");

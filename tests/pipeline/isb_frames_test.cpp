@@ -1,4 +1,4 @@
-// The ISB's frames, from landmarks laid about a frame that is known.
+// ISB frames from landmarks placed around a known frame.
 #include "pipeline/body/isb_frames.hpp"
 
 #include <gtest/gtest.h>
@@ -15,14 +15,14 @@ namespace {
 
 using Eigen::Matrix3d, Eigen::Vector3d;
 
-// columns X forwards, Y up, Z right, in patient axes (left, back, up), for a body that stands turned and bent
+// columns X forwards, Y up, Z right, in patient axes (left, back, up), for a turned and bent body
 Matrix3d turned() {
   Matrix3d upright;
   upright << 0, 0, -1, -1, 0, 0, 0, 1, 0;
   return Eigen::AngleAxisd(0.4, Vector3d(1, 2, 3).normalized()).toRotationMatrix() * upright;
 }
 
-// a landmark by its coordinates (forwards, up, right; mm) in that frame about `origin`
+// a landmark from its coordinates (forwards, up, right; mm) in that frame at `origin`
 const Vector3d origin(20, -30, 900);
 Landmark at(double x, double y, double z) { return {origin + turned() * Vector3d(x, y, z), 0, 0, "exact"}; }
 
@@ -40,7 +40,7 @@ void expect_frame(const SegmentFrame& frame, const Vector3d& from) {
 }
 
 TEST(IsbFrames, AreExactForTrunkAndPelvis) {
-  // ASIS and PSIS in one plane with the hips' line: level, front to back
+  // ASIS and PSIS level, in one plane with the line of the hips
   expect_frame(laid("lower_trunk", "lower_trunk",
                     {{"asis_left", at(0, 0, -120)},
                      {"asis_right", at(0, 0, 120)},
@@ -96,9 +96,9 @@ TEST(IsbFrames, NameTheirMissingLandmarks) {
   EXPECT_TRUE(head.axes.ends_with("(the ISB defines none for this segment)")) << head.axes;
 }
 
-// What segmentation finds in a scan is enough for every frame, and turns none by more than landmarks that are
-// some 5 mm off do over the lengths that they span: 4 degrees for long bones' own axes and the trunk's, 8
-// about a forearm or a foot, whose lines across are 40 to 90 mm.
+// The landmarks that segmentation finds suffice for every frame. Their errors of about 5 mm turn a frame by
+// up to 4 degrees about long axes of bones and the trunk, and by up to 8 degrees for lines of 40 to 90 mm
+// across a forearm or a foot.
 TEST(IsbFrames, FromAScanMatchTheExactLandmarks) {
   const Phantom body = build_phantom({}).value();
   GridOptions grid;

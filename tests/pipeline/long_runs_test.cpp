@@ -1,4 +1,4 @@
-// Drifts of energy over long runs against what theory says of each method.
+// Energy drift over long runs against the theory of each method.
 #include "pipeline/charts/long_runs.hpp"
 
 #include <gtest/gtest.h>
@@ -39,20 +39,20 @@ TEST(LongRuns, EnergyDriftsOrStaysBoundedAsInTheory) {
                  .step = h})
           .value();
   EXPECT_DOUBLE_EQ(runs.end, 5000);
-  // |R(ih)|^2 = 1 - h^6/72 + h^8/576 a step: the energy falls so for as long as little of it is gone
+  // |R(ih)|^2 = 1 - h^6/72 + h^8/576 per step: the energy falls at this rate at first
   const LongRun& rk4 = runs.runs[0];
   EXPECT_TRUE(rk4.secular);
   const double rate = (std::pow(h, 6) / 72 - std::pow(h, 8) / 576) / h;
   for (std::size_t i = 1; i < rk4.times.size(); ++i)
     EXPECT_NEAR(rk4.energy[i], std::expm1(-rate * rk4.times[i]), 2e-3 * rate * rk4.times[i]);
-  EXPECT_NEAR(rk4.drift, -rate, 0.03 * rate);  // the mean over a fall that slows by a hundredth
-  // p^2 + x^2 - h p x is conserved: E swings by h/2 of itself to either side
+  EXPECT_NEAR(rk4.drift, -rate, 0.03 * rate);  // mean rate, which slows by a hundredth
+  // p^2 + x^2 - h p x is conserved: E oscillates by h/2, relative
   EXPECT_FALSE(runs.runs[1].secular);
   EXPECT_NEAR(runs.runs[1].swing, h, 0.02 * h);
-  // (1 - h^2/4) x^2 + p^2 is: E swings by h^2/4
+  // (1 - h^2/4) x^2 + p^2 is conserved: E oscillates by h^2/4
   EXPECT_FALSE(runs.runs[2].secular);
   EXPECT_NEAR(runs.runs[2].swing, h * h / 4, 0.02 * h * h / 4);
-  // a quadratic energy it keeps to rounding
+  // it conserves a quadratic energy to rounding
   EXPECT_LT(std::abs(runs.runs[3].energy.back()), 1e-9);
   // |R(ih)|^2 = 1 + h^4/4: its energy grows
   EXPECT_TRUE(runs.runs[4].secular);
@@ -61,7 +61,7 @@ TEST(LongRuns, EnergyDriftsOrStaysBoundedAsInTheory) {
 }
 
 TEST(LongRuns, FindsDriftBelowTheSwingAndLargeErrors) {
-  // generalized_alpha takes energy from every swing: 2.7e-7 of it over 200 s, where it swings by more
+  // generalized_alpha dissipates 2.7e-7 of the energy over 200 s, less than it oscillates
   const LongRun alpha =
       long_runs(oscillator(), {.methods = {"generalized_alpha"}, .steps = 20000, .step = 0.01})
           .value()
@@ -69,8 +69,7 @@ TEST(LongRuns, FindsDriftBelowTheSwingAndLargeErrors) {
   EXPECT_TRUE(alpha.secular);
   EXPECT_LT(alpha.drift, 0);
   EXPECT_LT(-alpha.drift * 200, alpha.swing);
-  // close to its limit of h = 2, where 1 - h/2 of E is left or as much more: bounded, but no energy to rely
-  // on
+  // close to its limit of h = 2, E varies between 1 - h/2 and 1 + h/2 of itself: bounded, but not reliable
   const LongRun coarse =
       long_runs(oscillator(), {.methods = {"semi_implicit_euler"}, .steps = 20000, .step = 1})
           .value()

@@ -22,7 +22,7 @@ const Phantom& standing() {
 Scan scan_of(double h, const ScanOptions& options = {}) {
   GridOptions grid;
   grid.spacing.setConstant(h);
-  grid.rotation_deg << 7, -4, 11;  // oblique, so that no cut lies along the voxels
+  grid.rotation_deg << 7, -4, 11;  // oblique, so that no cut is parallel to the voxels
   Scan scan = voxelise(standing(), phantom_grid(standing(), grid), options);
   for (const Part& part : parts) scan.labels.names.emplace_back(part.name);
   scan.labels.names.resize(parts.size());
@@ -30,7 +30,7 @@ Scan scan_of(double h, const ScanOptions& options = {}) {
 }
 
 struct Errors {
-  double mass = 0, centre_mm = 0, tensor = 0;  // relative, mm, of the largest entry
+  double mass = 0, centre_mm = 0, tensor = 0;  // relative; mm; relative to the largest entry
 };
 
 Errors errors_of(const InertiaRow& row) {
@@ -49,8 +49,9 @@ TEST(Measure, DrawnPhantomMatchesItsExactTable) {
   EXPECT_NE(table->source.sampling.find("points"), std::string::npos);
   for (const InertiaRow& row : table->rows) {
     const Errors e = errors_of(row);
-    // at 4 mm ellipsoids of a hand's size err by .24 % of mass and .49 % of a moment (rms over poses, by
-    // another program), of a forearm's size by .13 and .24 %, both by .16 mm; four times that are allowed
+    // at 4 mm, ellipsoids of a hand's size have errors of .24 % of mass and .49 % of a moment (rms over
+    // poses, from another program), of a forearm's size .13 and .24 %, and both .16 mm; the test allows four
+    // times that
     EXPECT_LT(std::abs(e.mass), 4 * (small(row.part) ? 0.0024 : 0.0013)) << row.part;
     EXPECT_LT(e.tensor, 4 * (small(row.part) ? 0.0049 : 0.0024)) << row.part;
     EXPECT_LT(e.centre_mm, 4 * 0.16) << row.part;
@@ -77,17 +78,18 @@ TEST(Measure, ScannedPhantomIncludesTheSkinsMixedVoxels) {
   for (std::size_t n = 0; n < table->rows.size(); ++n) {
     const Errors e = errors_of(table->rows[n]);
     const std::string& part = table->rows[n].part;
-    // mixed voxels are weighed by a curve that is not straight between air and skin: to about 1 % of each,
-    // and in a hand they hold a tenth of the mass
+    // the density curve is not linear between air and skin, so mixed voxels err by about 1 %; in a hand they
+    // hold a tenth of the mass
     EXPECT_LT(std::abs(e.mass), 0.0015) << part;
     EXPECT_LT(e.centre_mm, 0.1) << part;
     EXPECT_LT(e.tensor, 0.0025) << part;
-    // left out, they would be missed
+    // without mixed voxels, mass is missing
     EXPECT_LT(errors_of(without->rows[n]).mass, part.starts_with("hand") ? -0.04 : -0.004) << part;
   }
 }
 
-// A hand that the scan's side just touches is whole, one that it cuts is cut; so where padding ends the view.
+// A hand that just touches the scan's side is whole; one that the side cuts is cut. The same holds for a
+// border of padding.
 TEST(Measure, PartsThatTouchTheScansSideAreWhole) {
   GridOptions options;
   options.spacing.setConstant(3);
@@ -95,7 +97,7 @@ TEST(Measure, PartsThatTouchTheScansSideAreWhole) {
   for (const Part& part : parts) whole.labels.names.emplace_back(part.name);
   whole.labels.names.resize(parts.size());
   const auto hand = static_cast<std::uint8_t>(part_label("hand_left"));
-  std::int64_t first = 1000, last = 0;  // of the hand, along x
+  std::int64_t first = 1000, last = 0;  // range of the hand's voxels along x
   const Grid& g = whole.labels.grid;
   for (std::int64_t k = 0; k < g.size[2]; ++k)
     for (std::int64_t j = 0; j < g.size[1]; ++j)
@@ -147,10 +149,10 @@ TEST(Measure, ScanCutAcrossTheThighsHasCutParts) {
                                       : Completeness::whole)
         << row.part;
     EXPECT_EQ(compare(*table, row, "deleva1996").published != nullptr, !gone && !cut) << row.part;
-    EXPECT_FALSE(compare(*table, row, "deleva1996").mass) << row.part;  // of what body?
+    EXPECT_FALSE(compare(*table, row, "deleva1996").mass) << row.part;  // a share needs the whole body's mass
   }
   EXPECT_EQ(table->whole.completeness, Completeness::cut);
-  // what another stage knows better is taken from it
+  // findings of segmentation replace those of measure()
   const auto told = measure(scan.grey, scan.labels, standing().landmarks, options,
                             {{"head", {Completeness::cut, "its neck was not found"}},
                              {"middle_trunk", {Completeness::whole, "omphalion placed by proportion"}}});

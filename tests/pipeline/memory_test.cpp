@@ -1,4 +1,4 @@
-// What a large scan takes of memory.
+// Memory use for a large scan.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
@@ -9,7 +9,7 @@
 namespace borelli {
 namespace {
 
-/// Each voxel as `times` along each axis.
+/// Repeats each voxel `times` times along each axis.
 GreyVolume finer(const GreyVolume& coarse, std::int64_t times) {
   GreyVolume out;
   out.quantity = coarse.quantity;
@@ -26,7 +26,7 @@ GreyVolume finer(const GreyVolume& coarse, std::int64_t times) {
   return out;
 }
 
-// As many voxels as 512 x 512 x 1000: within 2 GB from the file to the table.
+// A scan of 512 x 512 x 1000 voxels needs less than 2 GB from file to table.
 TEST(Memory, ForALargeScanStaysBelowTwoGigabytes) {
   const TestFolder folder;
   const std::string at = folder.path().string();

@@ -36,7 +36,7 @@ Grid around(const Matrix3d& axes, double radius) {
   const Matrix3d to_index = axes.inverse();
   Vector3d first;
   for (int c = 0; c < 3; ++c) {
-    const double half = to_index.row(c).norm() * radius + 2.3;  // 2.3: voxel centres fall at odd places
+    const double half = to_index.row(c).norm() * radius + 2.3;  // 2.3: margin
     grid.size[static_cast<std::size_t>(c)] = static_cast<std::int64_t>(2 * half) + 1;
     first[c] = half;
   }
@@ -48,7 +48,7 @@ struct Distances {
   double rms = 0, farthest = 0;  // mm
 };
 
-// of points spread over the triangles from the exact surface
+// distances of points spread over the triangles from the exact surface
 Distances distances(const Mesh& mesh, const std::function<double(const Vector3d&)>& from_surface) {
   Distances d;
   double area = 0;
@@ -93,9 +93,9 @@ Matrix3d oblique(const Vector3d& spacing, double sheared, bool mirrored) {
 
 class MeshOfASphere : public ::testing::TestWithParam<GridCase> {};
 
-// Without decimation. A voxel's place is known to half a voxel; smoothing averages over many. Measured on
-// these grids: rms 0.05 to 0.08, farthest 0.2 to 0.45 of the largest spacing. Volume is given back to the
-// voxels'.
+// Without decimation. A voxel's position is known to half a voxel; smoothing averages over many. Measured on
+// these grids: rms 0.05 to 0.08, largest 0.2 to 0.45 of the largest spacing. The volume is restored to that
+// of the voxels.
 TEST_P(MeshOfASphere, LiesOnItsSurface) {
   const double radius = 40;
   const Grid grid = around(GetParam().axes, radius);
@@ -129,7 +129,7 @@ INSTANTIATE_TEST_SUITE_P(Grids, MeshOfASphere,
                            return name;
                          });
 
-// What is thinner than the tolerance, slices that are wider.
+// Parts thinner than the tolerance, and slices thicker than it.
 TEST(PartMeshes, KeepTheirVolumeWhateverTheTolerance) {
   const auto ball = [](double radius) {
     return [radius](const Vector3d& p) { return (p - middle).norm() < radius; };
@@ -175,14 +175,14 @@ TEST(Mesh, DecimationKeepsToItsTolerance) {
     EXPECT_TRUE(is_closed(mesh));
     EXPECT_LT(mesh.triangles.size(), before) << tolerance;
     EXPECT_LT(distances(mesh, exact).farthest, own + 1e3 * tolerance + 0.05)
-        << tolerance;  // 0.05: volume given back
+        << tolerance;  // 0.05: effect of restoring the volume
     EXPECT_NEAR(enclosed_volume(mesh) / enclosed_volume(whole->front()), 1, 1e-4);
     before = mesh.triangles.size();
   }
-  EXPECT_LT(before, whole->front().triangles.size() / 20);  // seen: 15092 to 500
+  EXPECT_LT(before, whole->front().triangles.size() / 20);  // measured: 15092 to 500
 }
 
-// Voxels finer than the tolerance are taken in blocks: the surface still lies within the tolerance of the
+// Voxels finer than the tolerance are combined into blocks; the surface stays within the tolerance of the
 // body's.
 TEST(Mesh, ProgressCallbackCanStopMeshing) {
   const double radius = 10;
@@ -201,8 +201,7 @@ TEST(Mesh, ProgressCallbackCanStopMeshing) {
 TEST(Mesh, CombinesFineVoxelsInBlocks) {
   const double radius = 40;
   const auto exact = [&](const Vector3d& p) { return (p - middle).norm() - radius; };
-  // uneven blocks (of 2 x 4 x 1) in a box that they do not fill, on turned axes that are not square to each
-  // other
+  // blocks of 2 x 4 x 1 that do not fill the grid, on oblique axes that are not perpendicular
   const Grid grid = around(oblique({0.9, 0.5, 1.3}, 0.2, true), radius);
   const LabelMap map = voxelised(grid, [&](const Vector3d& p) { return exact(p) < 0; });
   const auto meshes = part_meshes(map, {.tolerance = 0.001});
@@ -214,8 +213,8 @@ TEST(Mesh, CombinesFineVoxelsInBlocks) {
   EXPECT_NEAR(enclosed_volume(mesh) / (4e-9 / 3 * std::numbers::pi * std::pow(radius, 3)), 1, 5e-3);
 }
 
-// A finger of four voxels' radius is what smoothing eats first. Rms measured 0.1 voxel, most of it at the
-// round ends.
+// Smoothing shrinks thin shapes first, such as a finger with a radius of four voxels. Measured rms: 0.1
+// voxel, mostly at the round ends.
 TEST(Mesh, FingerKeepsItsThickness) {
   const double radius = 8, half = 30;
   const auto exact = [&](const Vector3d& p) {
@@ -254,7 +253,7 @@ TEST(Mesh, ClosesAtTheBorderOfTheGrid) {
   EXPECT_NEAR(enclosed_volume(meshes->front()) / (10 * 12 * 14 * 1e-9), 1, 1e-3);
 }
 
-// Noise holds every way in which eight voxels can meet: closed all the same, and facing outwards
+// Noise contains all configurations of eight voxels: the mesh is still closed and faces outwards
 TEST(Mesh, NoiseGivesAClosedMesh) {
   std::mt19937 random(3);
   Grid grid;

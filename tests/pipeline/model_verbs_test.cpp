@@ -1,4 +1,4 @@
-// Models of others through the program: evaluate, simulate and info on MJCF and URDF.
+// Models in MJCF and URDF through the verbs evaluate, simulate and info.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-// the tip's joint stands first, so that the file's order is not the tree's
+// the tip's joint comes first, so the file's order differs from the tree's
 const std::string arm_urdf =
     "<robot name='arm'><link name='base'/><link name='upper'><inertial><origin xyz='0 0 -1'/><mass "
     "value='1'/>"
@@ -41,8 +41,8 @@ TEST(ModelVerbs, EvaluateKeepsUrdfsOrderOfJoints) {
   const std::string state = folder.write("s.json", R"({"q": [0.5, 0.2], "v": [1, -2], "efforts": [0, 3]})");
   const json a = said(run_program("evaluate " + file + " --state " + state));
   ASSERT_EQ(a["coordinates"], json({"elbow", "shoulder"}));
-  // the double pendulum of points (1 kg, 2 kg, both rods 1 m) by hand: A of the elbow is m2, of the shoulder
-  // m1 + m2 (2 + 2 cos), between them m2 (1 + cos)
+  // the double pendulum of point masses (1 kg, 2 kg, rods of 1 m) by hand: A is m2 for the elbow, m1 + m2 (2
+  // + 2 cos) for the shoulder, m2 (1 + cos) between them
   const double c = std::cos(0.5), s = std::sin(0.5), g = 9.81;
   EXPECT_NEAR(a["mass_matrix"][0][0], 2, 1e-14);
   EXPECT_NEAR(a["mass_matrix"][0][1], 2 * (1 + c), 1e-14);
@@ -63,7 +63,7 @@ TEST(ModelVerbs, EvaluateAcceptsMjcfsFreeJoint) {
       "s.json",
       R"({"q": [0, 0, 0, 0.5, 0.5, 0.5, 0.5], "v": [4, 5, 6, 1, 2, 3], "efforts": [2, 4, 6, 0, 0, 0]})");
   const json a = said(run_program("evaluate " + file + " --state " + state));
-  // linear in the world: F / m; angular in the body: Euler's equations, -(w x I w) / I
+  // linear, world axes: F / m; angular, body axes: Euler's equations, -(w x I w) / I
   const double expected[] = {1, 2, 3, -6, 3, -2. / 3};
   for (int i = 0; i < 6; ++i) EXPECT_NEAR(a["acceleration"][i], expected[i], 1e-13) << i;
   EXPECT_NEAR(a["kinetic_energy"], (16 + 25 + 36) + 0.5 * (1 + 8 + 27), 1e-12);
@@ -97,7 +97,7 @@ TEST(ModelVerbs, SimulateAndInfoSayWhatIsNotModelled) {
     EXPECT_NE(run.err.find(line), std::string::npos) << run.err;
     EXPECT_EQ(said(run_program(verb + file + " --json"))["not_modelled"]["changes_motion"].size(), 1u);
   }
-  // a trajectory keeps the scene as TOML, whatever it was read from
+  // a trajectory stores the scene as TOML, whatever format it was read from
   const std::string output = folder / "motion.h5";
   EXPECT_EQ(run_program("simulate " + file + " -o " + output).code, 0);
   EXPECT_EQ(said(run_program("info --json " + output))["solids"], json({"plate"}));
@@ -117,7 +117,7 @@ TEST(ModelVerbs, FallingMjcfBodyLands) {
     EXPECT_EQ(a["certificate"]["method"], *method && method[10] == 'r' ? "rk4_adaptive" : "moreau");
     EXPECT_NEAR(a["end"]["q"][2], 0.1, 1e-6) << method;
   }
-  // loads at the rows need forces, which impulses are not
+  // loads at rows need forces, which time stepping by impulses does not give
   const std::string to = " -o " + (folder / "loads.csv").string() + " ";
   EXPECT_EQ(run_program("simulate --reactions --method rk4_adaptive" + to + ball).code, 0);
   const ProgramRun loads = run_program("simulate --reactions" + to + ball);
@@ -128,7 +128,7 @@ TEST(ModelVerbs, FallingMjcfBodyLands) {
   const json tin = said(run_program("simulate --json " + upright));
   EXPECT_TRUE(tin["certificate"]["trusted"]);
   EXPECT_NEAR(tin["end"]["q"][2], 0.2, 1e-6);
-  // nothing holds what falls on a height field, and that is said
+  // height fields have no contact, and a note says so
   const std::string field = folder.write(
       "field.xml",
       "<mujoco><asset><hfield name='h' nrow='2' ncol='2' size='1 1 .1 .1'/></asset><worldbody><geom "

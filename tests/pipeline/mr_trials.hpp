@@ -1,5 +1,5 @@
-// Trials of an MR scan's table: drawn bodies of known densities, their tissues drawn with the brightness that
-// a spin echo gives them, under a coil's field; the table from it against the exact one.
+// Trials of tables from MR scans: drawn bodies of known densities, with tissues of spin-echo brightness under
+// a coil's field; the table is compared with the exact one.
 #pragma once
 
 #include <cmath>
@@ -20,8 +20,8 @@ struct MrTrial {
   LabelMap labels;
 };
 
-/// What is drawn by the seed: body, densities (a published curve), whether marrow is bright as fat or dark as
-/// cortex nearly is, every tissue's brightness by a tenth, field, noise, voxels.
+/// Draws by the seed: body, densities (a published curve), marrow bright like fat or nearly as dark as
+/// cortex, brightness of each tissue within a tenth, field, noise, voxels.
 inline MrTrial draw_mr(std::uint32_t seed, double finest, double coarsest) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> uniform(0, 1);
@@ -47,7 +47,7 @@ inline MrTrial draw_mr(std::uint32_t seed, double finest, double coarsest) {
                                                                    {"spongiosa", bright_marrow ? 800 : 60},
                                                                    {"cortex", 30}})
     signal[tissue] = value * (1 + 0.1 * (uniform(random) - 0.5));
-  constexpr int air = -1000;  // what lies outside of all solids
+  constexpr int air = -1000;  // outside all solids
   Phantom drawn = trial.body;
   for (PhantomSolid& solid : drawn.solids) {
     const auto it = signal.find(solid.tissue.name);
@@ -78,8 +78,8 @@ inline MrTrial draw_mr(std::uint32_t seed, double finest, double coarsest) {
   return trial;
 }
 
-/// One trial; adds up by entry's name, over all parts and the whole. Labels are the body's own, or end where
-/// the reading of the MR does, in turn.
+/// Runs one trial and adds its results per entry, over all parts and the whole. Labels alternate between the
+/// body's own and those limited to the body found in the MR.
 inline void try_mr(std::uint32_t seed, double finest, double coarsest,
                    std::map<std::string, TrialCount>& counts, std::map<std::string, TrialCount>& by_part) {
   MrTrial trial = draw_mr(seed, finest, coarsest);
@@ -104,7 +104,7 @@ inline void try_mr(std::uint32_t seed, double finest, double coarsest,
     const auto found = entries_of(*table, row), known = entries_of(right, exact);
     for (const EntryDeviation& deviation : row.deviations)
       for (std::size_t e = 0; e < known.size(); ++e) {
-        // lengths are the landmarks', which are exact here; so is the whole's share
+        // lengths come from the landmarks, which are exact here; the whole's share is exact too
         if (known[e].name != deviation.entry || !std::isfinite(known[e].value) ||
             deviation.entry == "length_m" || (whole && deviation.entry == "mass_pct"))
           continue;

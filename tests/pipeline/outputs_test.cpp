@@ -1,6 +1,6 @@
-// Every verb that writes refuses an output that cannot be written before it reads or computes anything: one
-// sentence, exit code 1 or 2, and nothing left. The inputs named here do not exist, so that a verb that
-// looked at them first would say so instead.
+// Every verb refuses an output that cannot be written before it reads or computes anything: one sentence,
+// exit code 1 or 2, and no file. The inputs named here do not exist, so a verb that reads them first would
+// report them instead.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -15,8 +15,8 @@ namespace fs = std::filesystem;
 
 struct Writer {
   const char* verb;
-  const char* arguments;  // %s: where the output goes
-  const char* file;       // what of it is written, for a folder in its place; "" for a verb that writes many
+  const char* arguments;  // %s: the output's path
+  const char* file;       // the output file, which a folder will replace; "" for a verb that writes many
 };
 
 const Writer writers[]{{"segment", "segment /none.nii --quantity hu -o %s", "/segmentation.json"},
@@ -51,7 +51,7 @@ TEST(Outputs, FileInTheWayIsReportedBeforeTheWork) {
     const TestFolder folder;
     folder.write("file", "");
     expect_refused(filled(writer.arguments, folder / "file/below"), "file is not a folder", folder);
-    fs::create_symlink(folder / "nowhere/at/all", folder / "link");  // exists, and can be no folder
+    fs::create_symlink(folder / "nowhere/at/all", folder / "link");  // exists, but cannot become a folder
     expect_refused(filled(writer.arguments, folder / "link/below"), "cannot be created", folder);
     if (*writer.file == '\0') continue;
     fs::create_directories(folder.path() / (std::string("out") + writer.file));
@@ -59,7 +59,7 @@ TEST(Outputs, FileInTheWayIsReportedBeforeTheWork) {
   }
 }
 
-// Of verbs that write many files: each that a run leaves, in turn, is a folder before the next.
+// For verbs that write many files: each output file in turn is replaced by a folder before the next run.
 TEST(Outputs, FolderInPlaceOfAFileIsReportedBeforeTheWork) {
   const std::string samples = test::source_folder() + "/samples/";
   const std::string quick = " --methods rk4,euler";
@@ -82,7 +82,7 @@ TEST(Outputs, FolderInPlaceOfAFileIsReportedBeforeTheWork) {
   }
 }
 
-// /proc makes no folder for anybody, root included
+// nobody can create a folder in /proc, not even root
 TEST(Outputs, FolderThatCannotBeCreatedIsReportedBeforeTheWork) {
   if (!fs::exists("/proc/self")) GTEST_SKIP() << "no /proc here";
   const TestFolder folder;
@@ -94,7 +94,7 @@ TEST(Outputs, FolderThatCannotBeCreatedIsReportedBeforeTheWork) {
 TEST(Outputs, ForeignFolderIsReportedBeforeTheWork) {
   const TestFolder folder;
   std::string before;
-  if (geteuid() == 0) {  // whom permissions do not stop; so the program runs as nobody
+  if (geteuid() == 0) {  // root ignores permissions, so the program runs as nobody
     before = "setpriv --reuid=65534 --regid=65534 --clear-groups";
     if (run_program("--version", before).code != 0) GTEST_SKIP() << "the program cannot run as another user";
   }
@@ -118,7 +118,7 @@ TEST(Outputs, CheckLeavesNothingBehind) {
   const TestFolder folder;
   for (const Writer& writer : writers) {
     if (std::string(writer.verb) == "figures" || std::string(writer.verb) == "phantom")
-      continue;  // need no input
+      continue;  // needs no input
     expect_refused(filled(writer.arguments, folder / "new/deep"), "/none.", folder);
     EXPECT_FALSE(fs::exists(folder / "new")) << writer.verb;
   }

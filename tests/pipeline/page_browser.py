@@ -1,5 +1,5 @@
 """Headless Chromium driven over its debugging pipe (no port, no other package): open a page from file://, run
-JavaScript in it, take pictures, and hear what its console says."""
+JavaScript in it, take pictures, and read its console."""
 
 import base64
 import itertools
@@ -97,7 +97,7 @@ class Browser:
                   features=[{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}])
         self.call("Page.navigate", url="file://" + os.path.abspath(path))
         self.run("new Promise(r => document.readyState === 'complete' ? r() : addEventListener('load', r))")
-        # Chromium drops the mouse's events until it has shown the page once
+        # Chromium drops mouse events until it has drawn the page once
         self.run("new Promise(r => new PerformanceObserver(r).observe({type: 'paint', buffered: true}))")
 
     def run(self, script):

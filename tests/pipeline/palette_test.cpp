@@ -1,4 +1,4 @@
-// The part colours stay apart for every kind of colour vision.
+// The part colours differ for every kind of colour vision.
 //
 // Simulation of dichromats: Machado, Oliveira & Fernandes (2009) IEEE TVCG 15:1291, table of severity 1.0, on
 // linear sRGB. Distance: CIEDE2000 after Sharma, Wu & Dalal (2005) Color Res. Appl. 30:21, whose test pairs
@@ -91,7 +91,7 @@ TEST(Palette, ColourDistanceMatchesThePublishedPairs) {
   EXPECT_NEAR(ciede2000({60.2574, -34.0099, 36.2677}, {60.4626, -34.1751, 39.4387}), 1.2644, 1e-4);
 }
 
-// The limits are those that the palette's head states. A distance of about 2.3 is just noticeable side by
+// The limits are stated at the head of the palette's file. A distance of about 2.3 is just noticeable side by
 // side (Mahy, Van Eycken & Oosterlinck (1994) Color Res. Appl. 19:105), so 15 is plain at a glance.
 TEST(Palette, TouchingPartsDifferForEveryColourVision) {
   for (const Part& part : parts)

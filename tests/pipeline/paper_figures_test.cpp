@@ -1,5 +1,5 @@
-// The paper's figures say what the paper says of them: Euler gains, Runge-Kutta does not, the adaptive method
-// shortens its step at the shocks and there only.
+// The paper's figures show what the paper states: Euler gains energy, Runge-Kutta does not, and the adaptive
+// method shortens its step only at the shocks.
 #include "pipeline/paper/paper_figures.hpp"
 
 #include <gtest/gtest.h>
@@ -58,19 +58,19 @@ TEST(PaperFigures, AreComplete) {
 
 TEST(PaperFigures, EulerGainsEnergyAndIsMarkedUntrusted) {
   const std::vector<double>& total = figure("figure_2").curves.at(1).y;
-  // mean of the last second over mean of the first, in J of about 89
+  // means of the first and last second, J, of about 89 J
   const std::size_t second = total.size() / 5;
   double begin = 0, end = 0;
   for (std::size_t i = 0; i < second; ++i)
     begin += total[i] / static_cast<double>(second),
         end += total[total.size() - 1 - i] / static_cast<double>(second);
-  EXPECT_GT(end - begin, 4);  // found: 6.6
+  EXPECT_GT(end - begin, 4);  // measured: 6.6
   EXPECT_NE(figure("figure_2").notes.at(0).find("UNTRUSTED"), std::string::npos);
   EXPECT_EQ(figure("figure_4").notes.at(0).find("UNTRUSTED"), std::string::npos);
 }
 
 TEST(PaperFigures, HigherOrderDriftsLess) {
-  // found: Euler 8.9, RK2 0.12, RK4 1.2e-4 J; each step up in order buys well over a factor of ten at this
+  // measured: Euler 8.9, RK2 0.12, RK4 1.2e-4 J; each higher order gains more than a factor of ten at this
   // step
   EXPECT_GT(strays("figure_2"), 10 * strays("figure_3"));
   EXPECT_GT(strays("figure_3"), 100 * strays("figure_4"));
@@ -86,12 +86,12 @@ TEST(PaperFigures, KineticAndPotentialAddUpToTheTotal) {
 TEST(PaperFigures, AdaptiveStepsAreShortOnlyAtTheShock) {
   const Curve& steps = figure("figure_8").curves.at(0);
   const auto smallest = std::min_element(steps.y.begin() + 5, steps.y.end()) - steps.y.begin();
-  // the cube falls 1 m almost freely: sqrt(2 / g), the bar's share of the inertia below 1 %
+  // the cube falls 1 m almost freely in sqrt(2 / g); the bar has less than 1 % of the inertia
   EXPECT_NEAR(steps.x[static_cast<std::size_t>(smallest)], std::sqrt(2 / 9.81), 0.01);
   const double largest = *std::max_element(steps.y.begin(), steps.y.end());
   EXPECT_GT(largest, 100 * steps.y[static_cast<std::size_t>(smallest)]);
   EXPECT_LT(strays("figure_7"),
-            0.1 * strays("figure_6"));  // and yet it keeps the energy better than the fixed step
+            0.1 * strays("figure_6"));  // still it keeps the energy better than the fixed step
 }
 
 TEST(PaperFigures, FixedStepsCostMoreForHeavierCubes) {
@@ -104,7 +104,7 @@ TEST(PaperFigures, FixedStepsCostMoreForHeavierCubes) {
   EXPECT_GT(ratio[2], 3 * ratio[1]);
   EXPECT_GT(ratio[2],
             30);  // with cubes of 200 kg; the paper's authors measured 40 in CPU time, without their masses
-  // of today's methods one at least is ahead of the paper's adaptive one
+  // at least one of today's methods is faster than the paper's adaptive one
   for (std::size_t i = 0; i < 3; ++i)
     EXPECT_LT(std::min({curves[2].y.at(i), curves[3].y.at(i), curves[4].y.at(i)}), curves[1].y.at(i));
 }

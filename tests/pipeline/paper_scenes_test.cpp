@@ -1,4 +1,4 @@
-// The built-in scenes are those of samples/, so a reader of the files sees what the figures run.
+// The built-in scenes equal those of samples/, so the files show what the figures run.
 #include "pipeline/paper/paper_scenes.hpp"
 #include "tests/paths.hpp"
 
@@ -11,7 +11,7 @@
 namespace borelli {
 namespace {
 
-// Their texts, less name and description, are equal: every number bit for bit.
+// Their texts are equal except name and description, with every number equal bit for bit.
 void expect_same(Scene scene, const std::string& file) {
   auto sample = read_scene(test::source_folder() + "/samples/" + file);
   ASSERT_TRUE(sample) << sample.error().message();
@@ -33,7 +33,7 @@ TEST(PaperScenes, BarsAreIndependentAndPendulumsCoupled) {
   const auto a = evaluate(*independent, independent->initial), b = evaluate(*chain, chain->initial);
   ASSERT_TRUE(a && b);
   for (int i = 0; i < 4; ++i) {
-    // a level uniform bar falls with 3 g / (2 l), clockwise about y or not; here towards smaller angles
+    // a level uniform bar falls with 3 g / (2 l), here towards smaller angles
     EXPECT_NEAR(a->acceleration[i], -1.5 * 9.81, 1e-12);
     EXPECT_NEAR(a->mass_matrix(i, i), 1. / 3, 1e-15);
     for (int j = 0; j < i; ++j) {

@@ -1,4 +1,4 @@
-// Efforts whose values are known in closed form: each shank is a pendulum that swings about a tilted mean.
+// Efforts in closed form: each shank is a pendulum that swings about a tilted mean.
 #pragma once
 
 #include <cmath>
@@ -8,7 +8,7 @@
 
 namespace borelli::test {
 
-/// theta = mean + amplitude sin(rate (t - start)); moment = m g c sin(theta) + I theta'' (the muscles').
+/// theta = mean + amplitude sin(rate (t - start)); the muscles' moment = m g c sin(theta) + I theta''.
 struct Pendulum {
   double mass = 4, arm = 0.2, inertia = 0.25, mean = 0.3, amplitude = 0.5, rate = std::numbers::pi, start = 0;
 
@@ -19,7 +19,7 @@ struct Pendulum {
     return mass * 9.81 * arm * std::sin(angle(t)) + inertia * acceleration;
   }
   double power(double t) const { return moment(t) * speed(t); }
-  /// Largest where the swing is: the moment grows with sin(rate (t - start)) throughout.
+  /// The largest moment, at the swing's end, because the moment grows with sin(rate (t - start)).
   double peak() const {
     return mass * 9.81 * arm * std::sin(mean + amplitude) - inertia * amplitude * rate * rate;
   }
@@ -29,9 +29,9 @@ inline Pendulum left_shank() { return {}; }
 /// Half the masses, half a period later.
 inline Pendulum right_shank() { return {.mass = 2, .inertia = 0.125, .start = 1}; }
 
-/// Two seconds of efforts in the form of effort_report. The deviation is a tenth of the moment. The hip, which
-/// comes first, has three coordinates and no deviations. Under the left foot a force grows from 0 to 1000 N,
-/// without a point in the first 0.2 s.
+/// Two seconds of efforts in the form of effort_report. The deviation is a tenth of the moment. The hip,
+/// which comes first, has three coordinates and no deviations. The force under the left foot grows from 0 to
+/// 1000 N and has no point of application in the first 0.2 s.
 inline nlohmann::json pendulum_efforts(const std::string& source, double from = 0) {
   using nlohmann::json;
   json efforts{{"source", source},           {"mass_kg", 50},

@@ -1,4 +1,4 @@
-// `borelli phantom` as a user runs it: the five files and what they hold, exit codes and sentences.
+// `borelli phantom` as a user runs it: its files and their contents, exit codes and messages.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -47,9 +47,9 @@ TEST_F(PhantomVerb, WritesScanLabelsTableAndLandmarks) {
 
   const auto scan = read_volume(file("deep/body.nrrd"));
   ASSERT_TRUE(scan) << scan.error().message();
-  EXPECT_EQ(scan->volume.quantity, Quantity::hu);  // no need to say what the voxels are
+  EXPECT_EQ(scan->volume.quantity, Quantity::hu);  // the file states the quantity
   EXPECT_EQ(scan->volume.voxels, expected.grey.voxels);
-  // the file keeps decimals: agreement to a billionth of a voxel over the volume
+  // the file stores decimals: equal to a billionth of a voxel over the volume
   EXPECT_LT((scan->volume.grid.axes - expected.grey.grid.axes).norm(), 1e-9);
   EXPECT_LT((scan->volume.grid.origin - expected.grey.grid.origin).norm(), 1e-9);
   const auto labels = read_labels(file("deep/body_labels.nrrd"));
@@ -63,7 +63,7 @@ TEST_F(PhantomVerb, WritesScanLabelsTableAndLandmarks) {
   for (std::size_t label = 1; label < parts.size(); ++label) {
     const InertiaRow& row = table->rows[label - 1];
     EXPECT_EQ(row.part, parts[label].name);
-    EXPECT_EQ(row.inertial.mass, phantom.exact[label].mass);  // JSON keeps doubles
+    EXPECT_EQ(row.inertial.mass, phantom.exact[label].mass);  // JSON preserves doubles
     EXPECT_EQ(row.inertial.tensor, phantom.exact[label].tensor);
     EXPECT_GT(row.frame.value().length(), 0.07) << row.part;  // the hand's to the third knuckle
   }
@@ -74,10 +74,10 @@ TEST_F(PhantomVerb, WritesScanLabelsTableAndLandmarks) {
   EXPECT_EQ(landmarks->size(), phantom.landmarks.size());
   for (const auto& [name, landmark] : phantom.landmarks)
     EXPECT_LT((landmarks->at(name).point - landmark.point).norm(), 1e-6) << name;
-  // nothing else is left
+  // no other files
   std::size_t files = 0;
   for ([[maybe_unused]] const auto& entry : fs::directory_iterator(folder / "deep")) ++files;
-  EXPECT_EQ(files, 7u);  // with the labels' names and colours
+  EXPECT_EQ(files, 7u);  // including the labels' names and colours
 }
 
 TEST_F(PhantomVerb, SameSeedGivesTheSameFiles) {

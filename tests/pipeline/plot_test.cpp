@@ -1,4 +1,4 @@
-// A plot is read back with an independent XML parser and measured with a ruler: its own ticks.
+// Plots are read back with an independent XML parser; positions are measured by the plot's own ticks.
 #include "pipeline/charts/plot.hpp"
 
 #include <gtest/gtest.h>
@@ -71,7 +71,7 @@ TEST(Plot, LogarithmicAxisHasEvenDecades) {
   Plot plot{"t", {"time (s)"}, {"step (s)", true}, {{"a", {0, 1, 2, 3}, {1e-6, 1e-4, 1, 0}}}, {}};
   const Drawn d = drawn(plot);
   ASSERT_EQ(d.lines.size(), 1u);
-  ASSERT_EQ(d.lines[0].size(), 3u);  // the zero has no place on the axis
+  ASSERT_EQ(d.lines[0].size(), 3u);  // a logarithmic axis omits the zero
   EXPECT_NEAR(d.lines[0][0].second, d.y_ticks.at("10⁻⁶"), pixel);
   EXPECT_NEAR(d.lines[0][1].second, d.y_ticks.at("10⁻⁴"), pixel);
   EXPECT_NEAR(d.lines[0][2].second, d.y_ticks.at("1"), pixel);
@@ -141,7 +141,7 @@ TEST(Plot, CsvOfCurvesWithDifferentTimesIsLong) {
   EXPECT_EQ(csv(plot), "# t\ncurve,x,y\na,0,2\na,1,3\nb,0,4\n");
 }
 
-// every number of a grey curve that is drawn, as the middle of its digits, and every dot
+// collects the numbers of grey curves (the middle of their digits) and the dots
 void gather_marks(const tinyxml2::XMLElement* element,
                   std::map<std::string, std::pair<double, double>>& numbers,
                   std::vector<std::pair<double, double>>& dots) {
@@ -155,7 +155,7 @@ void gather_marks(const tinyxml2::XMLElement* element,
 }
 
 TEST(Plot, NumbersOfGreyCurvesDoNotOverlap) {
-  // curves that all end near the right edge, close to each other and to a named one
+  // curves that all end near the right edge, close to each other and to a labelled one
   Plot plot{"t", {.label = "x"}, {.label = "y"}, {}};
   const auto add = [&](std::size_t number, double shift) {
     Curve curve{.name = "c" + std::to_string(number), .marks = true, .faint = number > 0, .number = number};
@@ -207,7 +207,7 @@ TEST(Plot, TilesFillTheirRangeInTheirColour) {
   const auto* bad = tiles["bad"];
   EXPECT_NEAR(bad->DoubleAttribute("x"), d.x_ticks.at("10"), pixel);
   EXPECT_NEAR(bad->DoubleAttribute("y"), d.y_ticks.at("1"), pixel);
-  // the legend names what is there
+  // the legend names the curves that exist
   EXPECT_EQ(std::count(d.texts.begin(), d.texts.end(), "good"), 1);
   EXPECT_EQ(std::count(d.texts.begin(), d.texts.end(), "unseen"), 0);
 }

@@ -1,4 +1,4 @@
-// Runs the borelli program as a person would, and holds what it said.
+// Runs the borelli program like a user and keeps its output.
 #pragma once
 
 #include <sys/wait.h>
@@ -14,7 +14,7 @@
 
 namespace borelli {
 
-/// A folder of its own for one test, gone with it.
+/// A temporary folder for one test, deleted at its end.
 class TestFolder {
  public:
   TestFolder()
@@ -31,7 +31,7 @@ class TestFolder {
     std::ofstream(path_ / name, std::ios::binary) << text;
     return path_ / name;
   }
-  /// Every file below, hidden ones too.
+  /// Number of files in it and its subfolders, including hidden ones.
   int count() const {
     int files = 0;
     for (const auto& entry : std::filesystem::recursive_directory_iterator(path_))
@@ -49,8 +49,8 @@ struct ProgramRun {
   std::string out, err;
 };
 
-/// `before`: what the shell does first, e.g. "ulimit -f 20;", or what starts the program. (Without what tests
-/// are told of memory: it is the program's own business.)
+/// `before`: shell text before the program, such as "ulimit -f 20;" or a command that starts the program. The
+/// tests' GLIBC_TUNABLES do not apply to the program.
 inline ProgramRun run_program(const std::string& arguments, const std::string& before = "") {
   const TestFolder said;
   const std::string out = said / "out", err = said / "err";

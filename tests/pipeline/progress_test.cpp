@@ -1,4 +1,4 @@
-// What long work says on standard error where that is no terminal.
+// Progress messages on standard error when it is not a terminal.
 #include "pipeline/verbs/progress.hpp"
 
 #include <gtest/gtest.h>
@@ -21,14 +21,14 @@ TEST(Progress, PrintsLinesAtIntervalsWithoutATerminal) {
     bar.update(0.3);  // too soon
     bar.end("3 models");
     std::this_thread::sleep_for(milliseconds(25));
-    bar.update(0.9);  // of nothing
+    bar.update(0.9);  // no work runs
   }
   EXPECT_EQ(testing::internal::GetCapturedStderr(),
             "economy ...\neconomy ... 25 %\neconomy        3 models\n");
 }
 
 TEST(Progress, LongWorkShowsTheTimeLeft) {
-  EXPECT_EQ(progress_words(0.1, 1e-9), "0 %");  // nobody can tell yet
+  EXPECT_EQ(progress_words(0.1, 1e-9), "0 %");  // too early for an estimate
   EXPECT_EQ(progress_words(10, 0.25), "25 %");  // half a minute
   EXPECT_EQ(progress_words(60, 0), "0 %");
   EXPECT_EQ(progress_words(60, 0.004), "0.4 %, about 4 h left");
@@ -60,7 +60,7 @@ TEST(Progress, OverlappingWorkIsShownByName) {
     bar.update(0.5, "mesh");
     bar.update(0.2, "motion");
     bar.end("1.00 s", "motion");
-    bar.update(0.9, "motion");  // is over
+    bar.update(0.9, "motion");  // already ended
     bar.update(0.7, "mesh");
     bar.end("2.00 s", "mesh");
   }

@@ -8,7 +8,7 @@
 namespace borelli {
 namespace {
 
-// A sphere that turns at 2 rad/s about its z axis, and one that slides at 1 m/s, both free of forces.
+// Warnings for a sphere that turns at 2 rad/s about its z axis and one that slides at 1 m/s, without forces.
 std::vector<std::string> said_of(const std::string& turn_range, const std::string& slide_range,
                                  Certificate* certificate = nullptr) {
   const auto scene = parse_scene(R"(
@@ -45,12 +45,12 @@ const std::string wide = "[[-90, 90], [-90, 90], [-170, 170]]";
 
 TEST(RangeWarning, IsOneSentenceForAllJoints) {
   Certificate certificate;
-  // past 30 degrees at pi / 6 / 2 s = .2618 s, and past half a metre at .5 s
+  // passes 30 degrees at pi / 6 / 2 s = .2618 s, and half a metre at .5 s
   EXPECT_EQ(
       said_of("[[-90, 90], [-90, 90], [-10, 30]]", "[-1, 0.5]", &certificate),
       Warnings{"2 joints leave their usual ranges, first shoulder_left (about its z axis, above 30 deg) "
                "at t = 0.262 s; ranges are not enforced"});
-  EXPECT_EQ(certificate.notes.size(), 2u);  // which keeps them all
+  EXPECT_EQ(certificate.notes.size(), 2u);  // the certificate keeps all of them
   EXPECT_EQ(said_of(wide, "[-1, 0.5]"),
             Warnings{"a joint leaves its usual range, slide (above 0.5 m) at t = 0.500 s; ranges are not "
                      "enforced"});

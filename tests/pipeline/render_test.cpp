@@ -1,4 +1,4 @@
-// The picture: what stands where in it, told by its pixels. No display is needed.
+// The picture: positions of its contents, from its pixels. No display is needed.
 #include "pipeline/export/render.hpp"
 
 #include <gtest/gtest.h>
@@ -40,7 +40,7 @@ class Picture : public ::testing::Test {
   std::filesystem::path folder_;
 };
 
-// nearest part colour by hue: light changes brightness, not the order of the channels' shares
+// the part with the nearest colour by hue, since light changes brightness only
 std::string part_at(vtkImageData& image, double across, double up) {
   int size[3];
   image.GetDimensions(size);
@@ -104,8 +104,8 @@ TEST_F(Picture, DoesNotAskForADisplay) {
   before.empty() ? unsetenv("DISPLAY") : setenv("DISPLAY", before.c_str(), 1);
 }
 
-// EGL's vendors are listed in files; without one there is no driver. In a process of its own, since EGL reads
-// the list once.
+// EGL's vendors are listed in files; without one there is no driver. Runs in its own process, because EGL
+// reads the list once.
 TEST_F(Picture, SaysWhatToInstallWithoutADriver) {
   ::testing::FLAGS_gtest_death_test_style = "threadsafe";
   EXPECT_EXIT(

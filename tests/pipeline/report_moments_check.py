@@ -1,5 +1,5 @@
 """report_moments_check.py MOMENTS.html: opens the report of report_test.cpp's capsule body with the efforts of
-pendulum_efforts.hpp in headless Chromium and says what of its joint moments and ground forces is not as it should be."""
+pendulum_efforts.hpp in headless Chromium and prints every fault of its joint moments and ground forces."""
 
 import math
 import os
@@ -31,13 +31,13 @@ LEFT, RIGHT, CENTRE = [0, 114, 178], [213, 94, 0], [179, 38, 30]  # charts.js, t
 
 
 def press(browser, words):
-    """Presses the section's button with these words."""
+    """Presses the section's button with this label."""
     browser.run(f"[...document.querySelectorAll('#moments button')].find(b => b.textContent === '{words}').click(), "
                 "new Promise(r => setTimeout(r, 200))")
 
 
 def plots(browser):
-    """Of each chart: its plotting area on the page, and on its canvas."""
+    """Each chart's plotting area, on the page and on its canvas."""
     return browser.run("""[...document.querySelectorAll('#moments .chart')].map(chart => {
       const over = chart.querySelector('.u-over').getBoundingClientRect(), canvas = chart.querySelector('canvas').getBoundingClientRect();
       return {left: over.left, top: over.top, width: over.width, height: over.height, x: over.left - canvas.left, y: over.top - canvas.top};
@@ -50,7 +50,7 @@ def curve(browser, chart, colour, columns, solid=True):
 
 
 def moment(t):
-    """The left shank's, as in pendulum_efforts.hpp."""
+    """The left shank's moment, as in pendulum_efforts.hpp."""
     swing = math.sin(math.pi * t)
     return 4 * 9.81 * 0.2 * math.sin(0.3 + 0.5 * swing) - 0.25 * 0.5 * math.pi**2 * swing
 
@@ -69,7 +69,7 @@ def check_curves(browser):
     for t in times:
         expect(abs(middle[0.5] + scale * (moment(0.5) - moment(t)) - middle[t]) < 3,
                f"at {t} s the moment lies at {middle[t]} of {middle}")
-    # +-2 deviations of a tenth of the moment each, beside the grid's lines
+    # +-2 deviations, each a tenth of the moment, away from grid lines
     _, _, [band] = curve(browser, 1, LEFT, [column(0.53)], solid=False)
     half, expected = (band[1] - band[0]) / 2, 0.2 * moment(0.53) * scale
     expect(abs(half - expected) < 3, f"the band's half is {half} pixels, not {expected}")
@@ -178,7 +178,7 @@ def check_layouts(browser, page):
     browser.run("window.borelli.ready")
     breaks = browser.run("[...document.querySelectorAll('#moments h2, #moments h3')].map(e => getComputedStyle(e).breakAfter)")
     expect(len(breaks) == 4 and set(breaks) == {"avoid"}, f"in print the headings' breaks are {breaks}")
-    # without JavaScript the tables are there
+    # without JavaScript the page has the tables
     browser.call("Emulation.setScriptExecutionDisabled", value=True)
     browser.call("Page.navigate", url="file://" + os.path.abspath(page))
     for _ in range(200):  # no listener for the page's end runs now

@@ -1,5 +1,5 @@
 """report_page_check.py FULL.html LITTLE.html: opens both reports in headless Chromium from file://, poses the body,
-moves what can be moved, and says what is not as it should be. FULL is the report of report_test.cpp's capsule body."""
+uses all controls, and prints every fault. FULL is the report of report_test.cpp's capsule body."""
 
 import os
 import sys
@@ -53,7 +53,7 @@ def picture(browser, selector):
     return browser.run(f"{PICTURE}(document.querySelector('{selector}'))")
 
 
-# How tall the body stands in the player, and where its middle is, as parts of the stage: the rows that hold colours
+# The body's height and middle in the player, as shares of the stage, from the rows that hold colours
 # (the ground and its shadow are grey).
 STANDS = """(() => {
   const canvas = document.querySelector('.stage canvas'), copy = document.createElement('canvas');
@@ -73,7 +73,7 @@ STANDS = """(() => {
 
 
 def check_opening(browser):
-    """The body opens large, in the middle, and clear of the button that plays it."""
+    """At first the body is large, centred, and not behind the play button."""
     tall, middle = browser.run(STANDS)
     expect(tall > 0.6, f"the player opens with a body {tall:.2f} of its height")
     expect(abs(middle - 0.5) < 0.1, f"the player opens with the body's middle at {middle:.2f} of its height")
@@ -99,7 +99,7 @@ def check_body(browser):
     expect(lit["hash"] != again["hash"], "choosing a part changes nothing")
     browser.run("document.querySelector('.legend .part').click()")
     browser.run("window.borelli.seek(0), document.querySelector('.round').click()")
-    # however slowly this machine draws, the clock goes on within 20 s
+    # the clock advances within 20 s, even if this machine draws slowly
     moved = browser.run("""new Promise(resolve => { const began = performance.now(), look = () => {
       const time = Number(document.querySelector('.transport input').value);
       if (time > 0.05 || performance.now() - began > 20000) resolve(time); else setTimeout(look, 50); }; look(); })""")
@@ -108,7 +108,7 @@ def check_body(browser):
 
 
 def scrolled_by_wheel(browser, modifiers=0):
-    """How far the page scrolls, and whether the scene changes, when the wheel turns over the stage."""
+    """The page's scroll, and whether the scene changes, when the wheel turns over the stage."""
     browser.run("document.activeElement.blur(), document.querySelector('.stage').scrollIntoView({block: 'center'})")
     x, y, before = browser.run("(b => [b.left + b.width / 3, b.top + b.height / 2, scrollY])(document.querySelector('.stage').getBoundingClientRect())")
     seen = picture(browser, ".stage canvas")
@@ -118,7 +118,7 @@ def scrolled_by_wheel(browser, modifiers=0):
 
 
 def check_pick(browser):
-    """A part that is picked, in the list or in the table, is lit and shows its inertia; the stage stays in view."""
+    """A part selected in the list or in the table is highlighted and shows its inertia; the stage stays in view."""
     moved, changed = scrolled_by_wheel(browser)
     expect(moved > 50 and not changed, f"the wheel over the stage scrolls the page by {moved}")
     moved, changed = scrolled_by_wheel(browser, modifiers=2)
@@ -136,7 +136,7 @@ def check_pick(browser):
     layer = lambda name: browser.run(f"[...document.querySelectorAll('.looks label')].find(l => l.textContent === '{name}')"
                                      ".querySelector('input').click(), new Promise(r => setTimeout(r, 300))")
     seen = lambda: picture(browser, ".stage canvas")["hash"]
-    # the head is yellow too, so that the ellipsoid is looked for without the parts
+    # the head is yellow too, so the parts are hidden to find the ellipsoid
     before = seen()
     layer("Parts")
     expect(seen() != before, "the layer Parts changes nothing")
@@ -197,13 +197,13 @@ def check_scan(browser):
     r, at, side = browser.run("(c => [c.r.baseVal.value, c.cx.baseVal.value, c.ownerSVGElement.width.baseVal.value])"
                               "(document.querySelector('.fit circle.core'))")
     expect(abs(r / side - 0.25) < 1e-9 and abs(at / side - 0.5) < 1e-9, "the sphere's circle is not where the fit is")
-    # where the left knee (97, 0, 440) mm is drawn, by the picture's own size: the copy reaches from -292 to 292 mm
+    # position of the left knee (97, 0, 440) mm in the picture: the copy extends from -292 to 292 mm
     # and from the grid's end at -26 mm to 1756 mm, a voxel of 12 mm more or less
     x, y = browser.run("""(() => { const text = [...document.querySelectorAll('.coronal-sum text')].find(t => t.textContent == 'Left knee');
       const ring = text.previousElementSibling, box = document.querySelector('.coronal-sum canvas').getBoundingClientRect(),
       at = ring.getBoundingClientRect(); return [(at.x + at.width / 2 - box.x) / box.width, (at.y + at.height / 2 - box.y) / box.height]; })()""")
     expect(abs(x - (97 + 292) / 584) < 0.025 and abs(y - (1756 - 440) / 1782) < 0.01, f"the left knee's ring lies at {x:.3f}, {y:.3f}")
-    # the plane of the left elbow halves the angle between (190, 0, 1400) - (212, 0, 1090) - (228, -25, 810) mm and
+    # the plane of the left elbow bisects the angle between (190, 0, 1400) - (212, 0, 1090) - (228, -25, 810) mm and
     # crosses an arm of 36 to 45 mm radius; the voxels are of 12 mm
     lines = browser.run("""[...document.querySelectorAll('.coronal-sum .cut-plane')].map(line => {
       const path = line.querySelector('.core').getAttribute('d').match(/[-0-9.]+/g).map(Number),
@@ -220,13 +220,13 @@ def check_scan(browser):
         expect(abs((elbow[3] - elbow[1]) / (elbow[2] - elbow[0]) - 0.0641) < 0.01, f"the elbow's cut runs {elbow}")
     else:
         problems.append(f"no cut plane of the left elbow among {lines}")
-    # where the labels are not cut by its plane (the knees' capsules meet above it), none is drawn
+    # no line if the plane does not cut the labels (the knees' capsules meet above it)
     expect("Left knee: cut plane" not in dict(lines), "a plane that cuts nothing is drawn")
     expect("de Leva (1996)" in browser.run("document.querySelector('.joints-view figcaption').textContent"), "the convention is not named")
 
 
 def check_histogram(browser, width):
-    """Bands and lines lie where the thresholds are, and no text on another."""
+    """Bands and lines are at the thresholds, and texts do not overlap."""
     texts = browser.run("""[...document.querySelectorAll('.histogram text')].map(text => {
       const box = text.getBoundingClientRect(); return [text.textContent, box.left, box.top, box.right, box.bottom]; })""")
     words = [text for text, *_ in texts]
@@ -254,7 +254,7 @@ def check_histogram(browser, width):
 
 
 def check_masses(browser, width):
-    """Each bar bears its standard deviation, 0.5 % of the body's mass (report_test.cpp), to either side of its end."""
+    """Each bar shows its standard deviation, 0.5 % of the body's mass (report_test.cpp), on both sides of its end."""
     bars = browser.run("""[...document.querySelectorAll('figure.mass-chart svg[role=img] > g')].map(row => {
       const bar = row.querySelector('rect').getBoundingClientRect(), error = row.querySelector('.error-bar .core').getBoundingClientRect();
       return [row.querySelector('title').textContent, bar.left, bar.right, error.left, error.right]; })""")
@@ -282,7 +282,7 @@ def check_words(browser):
     # Dumas et al. (2007), table 2, male shank: 41.0 %
     differs = browser.run("[...document.querySelectorAll('#panel-gravity-centre .difference')].map(cell => cell.textContent)")
     expect(differs == ["+13.8 %", "+22.0 %"] * 2, f"the shanks' gravity centres differ by {differs}")
-    # one foot is cut, so that no share of the body's mass compares
+    # one foot is cut, so shares of the body's mass are not compared
     expect(browser.run("document.querySelector('#panel-mass .difference') === null"), "a cut body's shares are compared")
     expect("and no shank</i>" in browser.run("document.querySelector('#panel-how-measured').textContent"), "the remarks are not shown")
     expect("can be trusted" in browser.run("document.querySelector('.certificate').textContent"), "no verdict")
@@ -291,7 +291,7 @@ def check_words(browser):
 
 
 def check_access(browser):
-    """Every control has a name for those who cannot see it."""
+    """Every control has an accessible name."""
     controls = {"button", "slider", "combobox", "checkbox", "tab", "link"}
     for node in browser.call("Accessibility.getFullAXTree")["nodes"]:
         role = node.get("role", {}).get("value")

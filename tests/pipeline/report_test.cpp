@@ -1,5 +1,5 @@
-// report.html taken apart: what it holds, that nothing in it can break out, and (where Chromium is installed)
-// that it draws itself.
+// The contents of report.html: its data, safety against injected text, and (if Chromium is installed) its
+// display.
 #include "pipeline/report/report.hpp"
 #include "tests/paths.hpp"
 
@@ -94,7 +94,7 @@ struct Report : testing::Test {
 TEST_F(Report, LoadsNothingFromOutside) {
   const std::string text = page(inputs());
   EXPECT_NE(text.find("default-src 'none'"), std::string::npos);
-  // outside scripts and styles no address but the empty icon's; no script with a source
+  // outside scripts and styles, no address except the empty icon's; no script with a source
   std::string outside;
   for (std::size_t at = 0; at < text.size();) {
     const auto next = std::min(text.find("<script", at), text.find("<style", at));
@@ -150,7 +150,7 @@ TEST_F(Report, CountsGreyValues) {
     return counts[which]
                  [static_cast<std::size_t>((value - counts["low"].get<int>()) / counts["width"].get<int>())];
   };
-  // the capsules hold 40 and, in their bones, 700; outside them is -1000 and nothing else
+  // values are 40 in the capsules, 700 in their bones and -1000 outside
   std::map<int, std::size_t> voxels;
   for (const auto value : scan.grey.voxels) ++voxels[value];
   for (const int value : {-1000, 40, 700}) EXPECT_EQ(at("all", value), voxels[value]) << value;
@@ -158,7 +158,7 @@ TEST_F(Report, CountsGreyValues) {
   EXPECT_EQ(at("body", 40), voxels[40]);
   EXPECT_EQ(at("body", 700), voxels[700]);
   EXPECT_EQ(counts["tissues"][3], (json{{"name", "soft tissue"}, {"to", 160}}));
-  scan.grey.quantity = Quantity::mr;  // in which no value means a tissue
+  scan.grey.quantity = Quantity::mr;  // MR values do not identify tissues
   EXPECT_TRUE(json::parse(script(page(inputs()), "report"))["histogram"]["tissues"].empty());
 }
 
@@ -173,8 +173,8 @@ TEST_F(Report, DrawsThePlanesOfTheUsedConvention) {
     for (const auto& line : cuts["lines"]) names.insert(line["joint"]);
     return names;
   };
-  // the left thigh's label ends upwards with its capsule, at 850 + 72 mm; Dempster's plane runs through the
-  // joint centre, de Leva's through the ASIS, which is not among these landmarks
+  // the left thigh's label ends at its capsule's top, 850 + 72 mm; Dempster's plane passes through the joint
+  // centre, de Leva's through the ASIS, which these landmarks lack
   joints["hip_left"].point = {85, 0, 918};
   EXPECT_EQ(joints_of(cuts_after("dempster")).count("hip_left"), 1u);
   EXPECT_EQ(joints_of(cuts_after("dempster")).count("elbow_left"), 1u);
@@ -226,7 +226,7 @@ TEST_F(Report, RefusesDamagedEfforts) {
   EXPECT_EQ(made.error().where, "motion/efforts.json");
 }
 
-// Opens the page in headless Chromium: see report_page_check.py for what it must do there.
+// Opens the page in headless Chromium: report_page_check.py checks it.
 TEST_F(Report, DrawsItselfInABrowser) {
   if (std::system("python3 --version > /dev/null 2>&1") != 0) GTEST_SKIP() << "needs python3";
   if (std::system("command -v chromium > /dev/null 2>&1") != 0) GTEST_SKIP() << "needs chromium";

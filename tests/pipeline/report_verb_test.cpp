@@ -55,7 +55,7 @@ struct ReportVerb : testing::Test {
     answer = json::parse(run.out, nullptr, false);
     said = run.err;
   }
-  /// The packed block of the page with this name; empty: it has none.
+  /// The packed block of the page with this name; empty if there is none.
   std::string page_block(const std::string& name) {
     const std::string page = read_input_file(folder / "report.html").value_or("");
     const auto tag = page.find("id=\"block-" + name + "\"");
@@ -144,7 +144,7 @@ TEST_F(ReportVerb, RemovesTheFace) {
   for (const char* same : {"table", "histogram", "joints", "motion", "segmentation", "files", "volume"})
     EXPECT_EQ(after[same], before[same]) << same;
 
-  fs::remove(folder / "segmentation/landmarks.json");  // without them nobody knows where solids were scanned
+  fs::remove(folder / "segmentation/landmarks.json");  // without them, scan poses are unknown
   run("--deface");
   ASSERT_EQ(exit_code, 0) << said;
   EXPECT_EQ(data()["face"], "taken");

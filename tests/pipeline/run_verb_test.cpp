@@ -1,5 +1,5 @@
-// `borelli run` as a user runs it, with the phantom's own labels and joint centres: what a second run does
-// again, two at once, and its settings given back to it.
+// `borelli run` as a user runs it, with the phantom's labels and joint centres: stages repeated by a second
+// run, two runs at once, and reuse of settings.toml.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -37,7 +37,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-// one body for all tests: a coarse grid is enough to see which stages run
+// one body for all tests; a coarse grid suffices to see which stages run
 const Phantom& body() {
   static const Phantom made = build_phantom({}).value();
   return made;
@@ -78,15 +78,15 @@ class RunVerb : public testing::Test {
   }
 
   std::string path(const std::string& name) const { return (folder / name).string(); }
-  /// All but the volume; the results are in out/<subject>.
+  /// All arguments except the volume; results go to out/<subject>.
   std::string words(const std::string& subject = "s", const std::string& landmarks = "joints.json") const {
     return " --quantity hu --labels " + path("labels.nrrd") + " --landmarks " + path(landmarks) +
            " --flight-time 0.1 --mesh-tolerance 3 --subject " + subject + " -o " + path("out");
   }
   fs::path result(const std::string& name) const { return folder / "out/s" / name; }
 
-  /// Runs to the end and answers the stages that were done. The picture's is left out: without a display it
-  /// is tried by every run.
+  /// Runs to the end and returns the executed stages, except the picture's, which every run tries again
+  /// without a display.
   std::set<std::string> stages_done(const std::string& arguments) const {
     const ProgramRun run = run_program("run " + arguments);
     EXPECT_EQ(run.code, 0) << run.err;
@@ -100,7 +100,7 @@ class RunVerb : public testing::Test {
     done.erase("picture");
     return done;
   }
-  /// One line on standard error that says so, and nothing else.
+  /// Expects one line on standard error that contains `said`, and no other output.
   void expect_refused(const std::string& arguments, int code, const std::string& said) const {
     const ProgramRun run = run_program(arguments);
     EXPECT_EQ(run.code, code) << arguments << "\n" << run.err;
@@ -131,7 +131,7 @@ TEST_F(RunVerb, RepeatsStagesWithMissingOrChangedFiles) {
   fs::remove(result("inertia/table.csv"));
   EXPECT_EQ(stages_done(run), Names{"inertia"});
   EXPECT_TRUE(fs::exists(result("inertia/table.csv")));
-  const auto packed = [&] {  // what the page shows of the scan, and the moving body
+  const auto packed = [&] {  // the page's thumbnail of the scan and its moving body
     const std::string page = read_input_file(result("report.html")).value();
     const auto first = page.find("<script type=\"text/plain\"");
     return page.substr(std::min(first, page.size()));
@@ -152,7 +152,7 @@ TEST_F(RunVerb, RepeatsStagesWithMissingOrChangedFiles) {
             (Names{"inertia", "skeleton", "motion", "models", "glb", "report"}));
   EXPECT_EQ(stages_done(run + " --sex female --tuck 0.5"),
             (Names{"skeleton", "motion", "models", "glb", "report"}));
-  // back as it was: the keys are those of the first run
+  // reverted: the keys equal those of the first run
   EXPECT_FALSE(stages_done(run).empty());
   const auto after = json::parse(read_input_file(result("run.json")).value());
   for (std::size_t n = 0; n < before["stages"].size(); ++n)
@@ -192,7 +192,7 @@ TEST_F(RunVerb, DefacingKeepsMeasurements) {
     const bool shows_the_head = name.starts_with("mesh/head") || name == "body.glb" || name == "report.html";
     EXPECT_EQ(kept(name.c_str()) != bytes, shows_the_head) << name;
   }
-  // the phantom looks ahead along -y: what is left of its head ends well behind where its face was
+  // the phantom faces -y: the rest of its head ends well behind the former face
   const auto foremost = [](const Mesh& mesh) {
     float least = 1e9F;
     for (const auto& point : mesh.points) least = std::min(least, point.y());
@@ -201,7 +201,7 @@ TEST_F(RunVerb, DefacingKeepsMeasurements) {
   folder.write("head.vtp", before["mesh/head.vtp"]);
   const auto whole = read_vtp(path("head.vtp")), left = read_vtp(result("mesh/head.vtp").string());
   ASSERT_TRUE(whole && left);
-  EXPECT_GT(foremost(*left), foremost(*whole) + 30);  // 0.22 of a head's depth of some 190 mm, less a voxel
+  EXPECT_GT(foremost(*left), foremost(*whole) + 30);  // 0.22 of a head's depth of about 190 mm, less a voxel
   EXPECT_NE(kept("settings.toml").find("deface = true"), std::string::npos);
   EXPECT_EQ(stages_done(scan_file + words()),
             (Names{"mesh", "models", "glb", "slices", "report"}));  // and back
@@ -214,7 +214,7 @@ TEST_F(RunVerb, KeepsAndUsesFilesEditedByHand) {
   std::string scene = read_input_file(result("model/scene.toml")).value();
   const std::size_t at = scene.find("end_time = 0.1");
   ASSERT_NE(at, std::string::npos);
-  scene[at + std::string("end_time = 0.").size()] = '2';  // as many bytes
+  scene[at + std::string("end_time = 0.").size()] = '2';  // same size
   ASSERT_TRUE(write_whole(result("model/scene.toml"), scene));
   EXPECT_EQ(stages_done(run), (Names{"motion", "models", "glb", "report"}));
   EXPECT_EQ(read_input_file(result("model/scene.toml")).value(), scene);
@@ -223,7 +223,7 @@ TEST_F(RunVerb, KeepsAndUsesFilesEditedByHand) {
       "warning: skeleton: model/scene.toml was changed by hand and is kept; --force writes it";
   EXPECT_NE(again.err.find(said), std::string::npos) << again.err;
 
-  // landmarks by hand, from which the table and all that follows is made; the scene by hand stays
+  // landmarks edited by hand, on which the table and all later stages depend; the edited scene stays
   const auto landmarks = read_landmarks(result("segmentation/landmarks.json").string());
   ASSERT_TRUE(landmarks);
   Landmarks moved = *landmarks;
@@ -251,7 +251,7 @@ TEST_F(RunVerb, ChangedVoxelMakesAnotherScan) {
     raw.seekg(0, std::ios::end);
     const auto middle = raw.tellg() / 2;
     raw.seekg(middle);
-    const char byte = static_cast<char>(raw.get() ^ 1);  // of one voxel, by 1 or 256; the header is the same
+    const char byte = static_cast<char>(raw.get() ^ 1);  // changes one voxel, not the header
     raw.seekp(middle);
     raw.put(byte).flush();
     EXPECT_EQ(stages_done(run), all) << header;
@@ -262,7 +262,7 @@ TEST_F(RunVerb, ChangedVoxelMakesAnotherScan) {
   expect_refused("run " + path("scan.mhd") + words(), 2, "scan.raw': no such file");
 }
 
-// Starts the program and leaves it at work.
+// Starts the program and lets it run.
 class ProgramAtWork {
  public:
   explicit ProgramAtWork(const std::string& arguments) : id_(fork()) {
@@ -299,13 +299,13 @@ TEST_F(RunVerb, ChangedOutputIsWrittenAgain) {
     other[other.size() / 2] ^= 1;
     ASSERT_TRUE(write_whole(result(name), other));
     EXPECT_EQ(stages_done(run), Names{stage}) << name;
-    if (std::string(name) != "report.html") {  // (which tells how long each stage took)
+    if (std::string(name) != "report.html") {  // the report has the stages' times
       EXPECT_EQ(read_input_file(result(name)).value(), whole) << name;
     }
   }
 }
 
-// The files' texts and what is packed in the report.
+// A file's text, with the report's packed blocks unpacked.
 std::string text_of_output(const fs::path& file) {
   const auto read = read_input_file(file);
   EXPECT_TRUE(read) << file;
@@ -367,7 +367,7 @@ TEST_F(RunVerb, OutputsDoNotNameTheInputsFolder) {
 }
 
 TEST_F(RunVerb, RefusesTwoRunsInOneFolder) {
-  // The first run is halted when what it writes when it has the folder tells that it has it.
+  // The first run is halted as soon as its output shows that it has locked the folder.
   const std::string shared = "run " + path("scan.mhd") + " --quantity hu --subject s -o " + path("out");
   ProgramAtWork first(shared + " --pose waiting");
   for (int tries = 0; !fs::exists(result("settings.toml")); ++tries) {
@@ -385,7 +385,7 @@ TEST_F(RunVerb, RefusesTwoRunsInOneFolder) {
 }
 
 TEST_F(RunVerb, StoredSettingsRepeatTheRun) {
-  // names that look like numbers, a number that decimals do not hold, quotes
+  // names that look like numbers, a number without exact decimals, quotes
   const std::string run =
       path("scan.mhd") + words("007") +
       " --keep-paths --pose \"on \\\"one's\\\" side\" --sex female --allow-untrusted"
@@ -405,7 +405,7 @@ TEST_F(RunVerb, StoredSettingsRepeatTheRun) {
   EXPECT_EQ(stages_done("--settings " + file), Names{});
   EXPECT_EQ(json::parse(read_input_file(path("out/007/run.json")).value())["settings"], record["settings"]);
   EXPECT_EQ(read_input_file(file).value(), text);
-  // without the paths it is the same run, wherever its inputs lie by then
+  // without paths, the run is the same wherever its inputs are
   EXPECT_EQ(stages_done("--settings " + file + " --keep-paths=false"), all);
   const std::string shared = read_input_file(file).value();
   EXPECT_EQ(shared.find(folder.path().string()), std::string::npos) << shared;
@@ -425,7 +425,7 @@ TEST_F(RunVerb, StoredSettingsRepeatTheRun) {
   EXPECT_EQ(stages_done("--settings " + file + ' ' + path("scan.mhd") + words("007") + " --label-names " +
                         path("labels.tsv") + " --keep-paths"),
             all);
-  // the command line goes before the file
+  // the command line overrides the file
   EXPECT_EQ(stages_done("--settings " + file + " --tuck 0.5"),
             (Names{"skeleton", "motion", "models", "glb", "report"}));
 }
@@ -463,7 +463,7 @@ TEST_F(RunVerb, SimulatesTheSmallestModelWithinATolerance) {
   }
   EXPECT_GT(error, 0);
   EXPECT_LE(error, 0.01);
-  EXPECT_LE(error, said["error"].get<double>() + 2e-4);  // (at the rows of output, and to a hundredth)
+  EXPECT_LE(error, said["error"].get<double>() + 2e-4);  // at output rows, to a hundredth
 
   EXPECT_EQ(
       stages_done("--settings " + result("settings.toml").string() + ' ' + path("scan.mhd") + " --labels " +
@@ -481,8 +481,8 @@ TEST_F(RunVerb, StepIsForMethodsWithFixedSteps) {
   EXPECT_EQ(record["settings"]["step"], 1e-3);
   const auto& certificate = record["stages"][3]["certificate"];
   EXPECT_TRUE(certificate["trusted"].get<bool>());
-  // the leap's tenth of a second; at a row of output that is no multiple of the step, and where a joint comes
-  // to a stop or leaves it, one step is cut in two
+  // a leap of 0.1 s is 100 steps; a step is cut in two at an output row that is no multiple of the step and
+  // where a joint meets or leaves a stop
   const int cuts = static_cast<int>(certificate["events"].size());
   EXPECT_NEAR(certificate["steps_accepted"].get<int>(), 100 + cuts + 3, 3);
   const std::string settings = path("out/s/settings.toml");
@@ -517,9 +517,8 @@ TEST_F(RunVerb, WrongSettingsAreNamedWithTheirLine) {
 }
 
 TEST_F(RunVerb, RefusesBadUseBeforeAnyWork) {
-  fs::create_directories(folder / "slices");  // whose files would be more of them at each run
-  for (const char* out :
-       {".", "slices", "slices/new"})  // (by its own name the folder's results would be in it)
+  fs::create_directories(folder / "slices");             // the next run would read results in there as slices
+  for (const char* out : {".", "slices", "slices/new"})  // ".": results go to a folder named as the scan's
     expect_refused("run --keep-paths " + path("slices") + " -o " + path(out), 2,
                    "lies within the scan's folder");
   fs::remove(folder / "slices");
@@ -539,7 +538,7 @@ TEST_F(RunVerb, RefusesBadUseBeforeAnyWork) {
                      path("out"),
                  2, "quantity 'solid:head': the scene has no solid of that name");
   EXPECT_FALSE(fs::exists(folder / "out"));
-  fs::create_directories(result("report.html"));  // in the way of what comes last
+  fs::create_directories(result("report.html"));  // blocks the last output
   expect_refused("run " + path("scan.mhd") + words(), 2, "report.html: is a folder");
   fs::remove(result("report.html"));
   std::ofstream(result("mesh")) << "";

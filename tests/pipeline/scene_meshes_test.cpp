@@ -1,5 +1,5 @@
-// What scenes look like: each form encloses its own volume where it should, stand-ins have the inertia that
-// they stand for.
+// Meshes of scenes: each form encloses its volume at its place; stand-in boxes have the inertia of their
+// solids.
 #include "pipeline/report/scene_meshes.hpp"
 #include "process/input_file.hpp"
 #include "tests/paths.hpp"
@@ -38,8 +38,8 @@ Vector3d centre_of(const Mesh& mesh) {
 }
 
 TEST(SceneMeshes, ShapesEncloseTheirVolumeAtTheirPlace) {
-  // with 32 sides a circle's polygon has sin(2 pi / 32) / (2 pi / 32) = .9936 of its area, a ball of 16 such
-  // rings less
+  // a polygon of 32 sides has sin(2 pi / 32) / (2 pi / 32) = .9936 of the circle's area; a ball of 16 such
+  // rings has less volume
   const std::tuple<const char*, Form, double, double> forms[] = {
       {"box", Box{{1, 2, 3}}, 6, 1e-6},
       {"sphere", Sphere{0.5}, 4. / 3 * pi * 0.125, 0.03},
@@ -61,7 +61,7 @@ TEST(SceneMeshes, ShapesEncloseTheirVolumeAtTheirPlace) {
     const double found = enclosed_volume(meshes->front());
     EXPECT_LT(found, volume * (1 + 1e-5));
     EXPECT_GT(found, volume * (1 - lost));
-    if (std::string(name) == "cone" || std::string(name) == "mesh") continue;  // not centred on their origin
+    if (std::string(name) == "cone" || std::string(name) == "mesh") continue;  // not centred at the origin
     EXPECT_LT((centre_of(meshes->front()) - Vector3d(1, 2, 3)).norm(), 1e-5);
   }
 }
@@ -122,7 +122,7 @@ TEST(SceneMeshes, SimulateWritesMovingMeshes) {
   std::memcpy(&size, bytes.data() + 12, 4);
   const auto document = nlohmann::json::parse(bytes.substr(20, size));
   EXPECT_EQ(document["nodes"].size(), 3u);  // the world's, ball, ground
-  // 5 s at 60 rows a second, for steps alone are too far apart to be seen
+  // 5 s at 60 rows a second, because steps alone are too far apart for an animation
   const auto& times =
       document["accessors"][document["animations"][0]["samplers"][0]["input"].get<std::size_t>()];
   EXPECT_NEAR(times["count"].get<double>(), 301, 1);

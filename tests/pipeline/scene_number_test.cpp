@@ -1,4 +1,4 @@
-// Numbers of a scene's text by their paths: found, changed, and all else left as it was.
+// Numbers of a scene's text, by path: found and changed, with the rest unchanged.
 #include "pipeline/charts/scene_number.hpp"
 
 #include <gtest/gtest.h>
@@ -48,7 +48,7 @@ TEST(SceneNumber, ChangesNothingElseInTheFile) {
       const auto changed = with_number(text, "t.toml", path, value);
       ASSERT_TRUE(changed) << changed.error().message();
       EXPECT_EQ(number_at(*changed, "t.toml", path).value(), value) << path;
-      // the way back is the same text but for how the number was written
+      // changing it back gives the same text, except for the number's notation
       const auto back = with_number(*changed, "t.toml", path, number(path));
       EXPECT_TRUE(parse_scene(*back, "t.toml")) << *back;
       EXPECT_EQ(std::count(changed->begin(), changed->end(), '\n'),
@@ -66,7 +66,7 @@ TEST(SceneNumber, OfTheSimulationMayBeAdded) {
   EXPECT_EQ(
       parse_scene(*with_number(bare, "t.toml", "simulation.step", 0.25), "t.toml").value().simulation.step,
       0.25);
-  // and what the simulation does not know is refused where the scene is read
+  // reading the scene refuses unknown settings
   EXPECT_FALSE(parse_scene(*with_number(text, "t.toml", "simulation.stepp", 1), "t.toml"));
 }
 
@@ -83,7 +83,7 @@ TEST(SceneNumber, ThatIsMissingNamesSimilarOnes) {
                 .message()
                 .find("the nearest are effort[spring].stiffness, "),
             std::string::npos);
-  // all of what the path names, though others are spelt more alike
+  // suggests all elements that the path names, although others are spelt more similarly
   EXPECT_NE(
       with_number(text, "t.toml", "spring.k", 1).error().message().find("the nearest are effort[spring]."),
       std::string::npos);

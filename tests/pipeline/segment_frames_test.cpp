@@ -53,7 +53,7 @@ TEST(SegmentFrames, NameEndpointsAndCutsOfPublishedRows) {
     const auto* published = published_segment("deleva1996", "male", row.frame->segment, row.frame->from,
                                               row.frame->to, row.frame->cuts);
     ASSERT_TRUE(published) << row.part << " " << row.frame->from << "-" << row.frame->to;
-    // the phantom has de Leva's lengths but for a factor that makes them add up to stature (within 3 %)
+    // the phantom has de Leva's lengths, scaled by up to 3 % so that they add up to its stature
     EXPECT_NEAR(row.frame->length() / published->length, 1, 0.05) << row.part;
   }
   EXPECT_EQ(segment_frame("thigh_left", standing().landmarks, {}, "bone")->cuts, "bone");
@@ -67,7 +67,7 @@ TEST(SegmentFrames, MirrorTheBodysSides) {
     // in axes with Z to the right on both sides, the products with z change their sign
     Matrix3d mirrored = right->tensor;
     for (const auto& [r, c] : {std::pair{0, 2}, {2, 0}, {1, 2}, {2, 1}}) mirrored(r, c) *= -1;
-    // exact to the 1e-8 with which the phantom's cut solids are integrated
+    // exact to 1e-8, the accuracy of the phantom's cut solids
     EXPECT_LT((left->tensor - mirrored).cwiseAbs().maxCoeff(), 1e-7 * left->tensor.maxCoeff()) << segment;
     EXPECT_NEAR(left->length, right->length, 1e-9) << segment;
     EXPECT_NEAR(left->centre_along, right->centre_along, 1e-7) << segment;
@@ -99,7 +99,7 @@ TEST(SegmentFrames, FollowAFlexedKnee) {
   const Eigen::AngleAxisd turn(Matrix3d(flexed * straight.transpose()));
   EXPECT_NEAR(turn.angle(), 60 * std::numbers::pi / 180,
               0.02);  // the standing thigh leans by a degree or two
-  // flexion turns the shank backwards: about the right-pointing axis, by the right hand downwards from behind
+  // flexion turns the shank backwards, which is negative about the axis that points right
   EXPECT_LT(turn.axis().dot(Vector3d(-1, 0, 0)), -0.98);
 }
 
@@ -138,10 +138,10 @@ TEST(SegmentFrames, TrunkEndpointsNeedNoNeck) {
   ASSERT_TRUE(frame);
   EXPECT_EQ(frame->from, "XYPH");
   EXPECT_EQ(frame->from_point, whole->from_point);
-  EXPECT_EQ(frame->long_axis, -Vector3d::UnitZ());  // along the patient's axes
+  EXPECT_EQ(frame->long_axis, -Vector3d::UnitZ());  // falls back to the patient's axes
   EXPECT_DOUBLE_EQ(frame->length(), frame->from_point.z() - frame->to_point.z());
   EXPECT_NE(frame->axes.find("because the neck"), std::string::npos);
-  some.erase("omphalion");  // neither axes nor a length
+  some.erase("omphalion");  // without it neither axes nor length
   EXPECT_FALSE(segment_frame("middle_trunk", some, {}));
 }
 

@@ -1,5 +1,5 @@
-// Tables of some segments: a part has the numbers that it has in the whole table, a group those of its parts'
-// labels taken as one.
+// Tables of selected segments: a part has the same numbers as in the whole table; a group has those of its
+// parts' labels merged into one.
 #include "pipeline/body/segment_rows.hpp"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ const Phantom& standing() {
   return phantom;
 }
 
-// a scan whose skin is grown: there a part's numbers depend on its neighbours
+// a scan with partial voxels at the skin, where a part's numbers depend on its neighbours
 const Scan& blurred() {
   static const Scan scan = [] {
     GridOptions grid;
@@ -68,7 +68,7 @@ TEST(SegmentRows, SinglePartEqualsTheWholeTablesBitForBit) {
     EXPECT_EQ(some.share(asked), whole_table().share(known));
     expect_same_deviations(asked, known);
   }
-  // shares are of the whole body, which the file keeps
+  // shares are relative to the whole body, which the file keeps
   EXPECT_EQ(some.whole.inertial.mass, whole_table().whole.inertial.mass);
   EXPECT_EQ(some.whole.completeness, Completeness::whole);
   const auto read = table_from_json(to_json(some), "table.json");
@@ -78,8 +78,8 @@ TEST(SegmentRows, SinglePartEqualsTheWholeTablesBitForBit) {
   EXPECT_DOUBLE_EQ(read->share(read->rows[0]), some.share(some.rows[0]));
 }
 
-// A group's parts have labels of their own, and the sums run over each; one label for all of them is summed,
-// grown and corrected as one.
+// A group sums over its parts' labels. A single label for all of them, which is summed, grown and corrected
+// at once, must give the same.
 TEST(SegmentRows, GroupEqualsOneLabelForItsParts) {
   const InertiaTable groups = table_of(blurred().labels, "trunk,arm_right,leg_left");
   const std::string rest = "head,arm_left,leg_right";
@@ -88,9 +88,9 @@ TEST(SegmentRows, GroupEqualsOneLabelForItsParts) {
   ASSERT_EQ(groups.rows.size(), 3u);
   for (const InertiaRow& group : groups.rows) {
     const InertiaRow& one = row(as_one, group.part);
-    // rounding: sums of some 1e5 voxels, in another order
+    // rounding of sums of about 1e5 voxels in another order
     EXPECT_NEAR(group.inertial.mass, one.inertial.mass, 1e-11 * one.inertial.mass) << group.part;
-    // the skin's share of volume is by the tissue under it, one mean for each label
+    // volumes of skin voxels depend on the tissue below, one mean per label
     EXPECT_NEAR(group.volume, one.volume, 2e-3 * one.volume);
     EXPECT_LT((group.inertial.centre - one.inertial.centre).norm(), 1e-11) << group.part;
     EXPECT_LT((group.inertial.tensor - one.inertial.tensor).cwiseAbs().maxCoeff(),
@@ -101,8 +101,7 @@ TEST(SegmentRows, GroupEqualsOneLabelForItsParts) {
   }
 }
 
-// three slabs of unit voxels on each other are one box: n voxels along an axis have the variance (n^2 - 1) /
-// 12
+// three stacked slabs of unit voxels are one box: n voxels along an axis have the variance (n^2 - 1) / 12
 TEST(SegmentRows, SlabsOfATrunkAddUpToABox) {
   GreyVolume grey;
   grey.grid.size = {12, 8, 20};

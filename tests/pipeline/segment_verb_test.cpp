@@ -1,4 +1,4 @@
-// borelli segment from the command line: its files, its refusals.
+// `borelli segment` from the command line: files and refusals.
 #include <gtest/gtest.h>
 
 #include <fmt/core.h>
@@ -48,7 +48,7 @@ TEST(SegmentVerb, WritesLabelsLandmarksAndFindings) {
   ASSERT_TRUE(findings) << findings.error().message();
   for (std::size_t n = 1; n < parts.size(); ++n) {
     EXPECT_EQ((*findings)[n].coverage, Coverage::whole) << parts[n].name;
-    // the account's volume is that of the labels in the file, to float32's rounding of the grid
+    // the volume in segmentation.json is that of the labels in the file, to float32 rounding of the grid
     EXPECT_NEAR((*findings)[n].volume, static_cast<double>(count[n]) * 64, 1e-5 * (*findings)[n].volume);
   }
   const auto landmarks = read_landmarks((folder / "out/landmarks.json").string());
@@ -78,7 +78,7 @@ TEST(SegmentVerb, WritesItsLabelsAsDicomToo) {
   EXPECT_EQ(dicom->voxels, labels->voxels);
 }
 
-// Somebody else's label map on a grid of its own, and a knee that was moved in 3D Slicer.
+// Another program's label map on its own grid, and a knee landmark moved in 3D Slicer.
 TEST(SegmentVerb, UsesClassesAndLandmarksOfOtherPrograms) {
   const TestFolder folder;
   const auto body = build_phantom({});
@@ -119,14 +119,15 @@ TEST(SegmentVerb, UsesClassesAndLandmarksOfOtherPrograms) {
   EXPECT_EQ(marks->at("knee_left").source, "placed by hand");
 }
 
-// The same body as MR: tissues and what they weigh, no part without classes or landmarks, and all of it said.
+// The same body as MR: tissues and their densities; without classes or landmarks no parts. Messages state all
+// this.
 TEST(SegmentVerb, MrGivesTissuesWithAWarning) {
   const TestFolder folder;
   const auto body = build_phantom({});
   GridOptions coarse;
   coarse.spacing = Eigen::Vector3d::Constant(5);
   Scan scan = voxelise(*body, phantom_grid(*body, coarse));
-  // bright fat and marrow, middling flesh, dark cortex, lungs and air
+  // bright fat and marrow, medium flesh, dark cortex, lungs and air
   for (auto& v : scan.grey.voxels)
     v = static_cast<std::int16_t>(v < -500 ? 5 : v < 0 ? 900 : v < 200 ? 330 : v < 1000 ? 850 : 20);
   scan.grey.quantity = Quantity::mr;
@@ -144,7 +145,7 @@ TEST(SegmentVerb, MrGivesTissuesWithAWarning) {
   EXPECT_EQ(whole.code, 1);
   EXPECT_NE(whole.err.find("describe its tissues"), std::string::npos) << whole.err;
 
-  // and by the joints
+  // parts from given joints
   ASSERT_TRUE(write_landmarks(folder / "joints.json", body->landmarks));
   const auto parted = run_program("segment " + mr + " --json --landmarks " +
                                   (folder / "joints.json").string() + " -o " + out);
@@ -201,7 +202,7 @@ TEST(SegmentationFiles, DamagedFindingsAreRefused) {
   }
 }
 
-// A body without its left foot, as it is told: all that is made of it says so, and gives the same verdict.
+// A body without its left foot, stated by --absent: all outputs say so and give the same verdict.
 TEST(SegmentVerb, VerdictAndAbsentPartsReachAllOutputs) {
   const TestFolder folder;
   const auto body = build_phantom({});

@@ -1,4 +1,4 @@
-// `--segments` of run, segment and inertia as a user gives it: files with those segments alone.
+// `--segments` of run, segment and inertia: files with these segments only.
 #include <fmt/core.h>
 #include <gtest/gtest.h>
 
@@ -92,7 +92,7 @@ TEST_F(SegmentsVerbs, RunOfSomeSegmentsKeepsTheNumbersOfTheWholeRun) {
   EXPECT_EQ(account["parts"].size(), 5u);
   EXPECT_EQ(account["segments"]["trunk"].size(), 3u);
 
-  // the labels alone do not tell skin from what was left out
+  // labels alone do not distinguish skin from omitted segments
   const std::string inertia = "inertia --volume " + path("scan.nii.gz") + " --segments thigh_left --labels ";
   const std::string folder_of = (some / "segmentation").string();
   EXPECT_NE(run_program(inertia + folder_of + "/labels.nii.gz").err.find("parts.nii.gz with --segments"),
@@ -101,12 +101,12 @@ TEST_F(SegmentsVerbs, RunOfSomeSegmentsKeepsTheNumbersOfTheWholeRun) {
   EXPECT_EQ(right.err, "");
   EXPECT_EQ(read_table(path("right.json")).value().rows.at(0).inertial.mass, table.rows.at(1).inertial.mass);
 
-  // from the files it left, the same again
+  // the files of the run give the same table again
   const std::string before = read_input_file(some / "inertia/table.json").value();
   fs::remove(some / "inertia/table.csv");
   ASSERT_EQ(run("some", "trunk,thigh_left,hand_right").code, 0);
   EXPECT_EQ(read_input_file(some / "inertia/table.json").value(), before);
-  // another choice in the same folder leaves nothing of this one
+  // another choice in the same folder replaces everything
   ASSERT_EQ(run("some", "").code, 0);
   EXPECT_FALSE(fs::exists(some / "segmentation/parts.nii.gz"));
   EXPECT_FALSE(fs::exists(some / "mesh/trunk.stl"));

@@ -1,4 +1,4 @@
-// `borelli simulate` as a person uses it: good scenes give a trajectory and a certificate, bad ones one
+// `borelli simulate` as a user runs it: good scenes give a trajectory and a certificate, bad ones one
 // sentence, an exit code and no file.
 #include <gtest/gtest.h>
 
@@ -24,15 +24,15 @@ std::string text_of(const std::filesystem::path& path) {
   return std::string{std::istreambuf_iterator<char>(file), {}};
 }
 
-// Starts a program and runs `command` (sh; $p is the program's id) once `file` exists, after 60 s at the
-// latest.
+// Shell text that starts a program and runs `command` ($p is the process id) once `file` exists, after 60 s
+// at the latest.
 std::string when_there(const std::string& file, const std::string& command) {
   return "sh -c 'p=$$; (n=0; while [ ! -e " + file +
          " ] && kill -0 $p && [ $n -lt 1200 ]; do sleep 0.05; n=$((n + 1)); done; " + command +
          ") 2>/dev/null & exec \"$@\"' sh";
 }
 
-// One line on standard error, nothing on standard output, no file left.
+// Expects one line on standard error, nothing on standard output and no file.
 void expect_refused(const std::string& arguments, int code, const std::string& said, const TestFolder& folder,
                     int files) {
   const ProgramRun run = run_program(arguments);
@@ -144,8 +144,7 @@ TEST(Simulate, BadScenesAreNamedWithTheirLine) {
   expect_refused("simulate " + scene + output, 2, "bad.toml:3: solid 'a': mass is -1 kg", folder, 1);
   folder.write("bad.toml", "[[solid]]\nname = 'a'\njoint = {rotation = 'x'}\n");
   const ProgramRun massless = run_program("simulate " + scene + output);
-  EXPECT_EQ(massless.code, 2)
-      << massless.err;  // moves no mass: found by compile(), named with file, line and coordinate
+  EXPECT_EQ(massless.code, 2) << massless.err;  // a coordinate that moves no mass: named with file and line
   EXPECT_NE(massless.err.find("bad.toml:1: "), std::string::npos) << massless.err;
   EXPECT_NE(massless.err.find("'a'"), std::string::npos) << massless.err;
   folder.write("bad.toml", "[simulation]\nmethod = 'magic'\n");
@@ -163,14 +162,14 @@ TEST(Simulate, UnwritableOutputLeavesNothing) {
       run_program("simulate " + samples + "roundabout.toml -o " + (folder / "file/below/a.h5").string());
   EXPECT_EQ(run.code, 1) << run.err;
   EXPECT_EQ(folder.count(), 1);
-  EXPECT_EQ(run.out, "");  // told before the work
+  EXPECT_EQ(run.out, "");  // refused before the work
   EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
 }
 
 TEST(Simulate, FullDisksAreReportedInOneSentence) {
   const TestFolder folder;
   for (const char* name : {"a.h5", "a.csv"}) {
-    // 20 blocks of 512 bytes hold the words but not the trajectory
+    // 20 blocks of 512 bytes suffice for the messages but not for the trajectory
     const ProgramRun run = run_program(
         "simulate " + samples + "roundabout.toml -o " + (folder / name).string(), "ulimit -f 20;");
     EXPECT_EQ(run.code, 1) << name << "\n" << run.err;
@@ -193,8 +192,8 @@ TEST(Simulate, FullStandardOutputIsAnError) {
 
 TEST(Simulate, SignalsEndTheProgramAndLeaveOnlyTheRowsSoFar) {
   const TestFolder folder;
-  // 10^8 steps would take minutes; timeout(1) sends the signal after one second and answers as a
-  // shell does: 128 and the signal's number
+  // 10^8 steps would take minutes; timeout(1) sends the signal after one second and returns 128 plus the
+  // signal's number, like a shell
   const std::string arguments = "simulate " + samples +
                                 "pendulum_7.toml --end 1e5 --step 1e-3 --output-interval 1 -o " +
                                 (folder / "a.h5").string();
@@ -221,7 +220,7 @@ TEST(Simulate, KilledRunLeavesItsRowsSoFar) {
     const std::string command = "simulate " + samples +
                                 "pendulum_7.toml --method rk4 --step 1e-3 --output-interval 0.1 -o " +
                                 file("a") + " --end ";
-    // the kill comes at any moment, in the middle of a write or between two
+    // the kill comes at any moment, within a write or between two
     EXPECT_NE(run_program(command + "1e5", when_there(file("a.partial"), "sleep 1; kill -KILL $p")).code, 0);
     EXPECT_FALSE(std::filesystem::exists(file("a")));
     ASSERT_TRUE(std::filesystem::exists(file("a.partial")));
@@ -234,7 +233,7 @@ TEST(Simulate, KilledRunLeavesItsRowsSoFar) {
       EXPECT_NE(t.certificate.reason.find("interrupted"), std::string::npos) << t.certificate.reason;
       const ProgramRun info = run_program("info " + file("a.partial"));
       EXPECT_EQ(info.code, 0) << info.err;
-      // the rows are those of a run that ends
+      // the rows equal those of a finished run
       const std::string end = std::to_string(t.times.back() + 0.5);
       ASSERT_EQ(run_program(command + end).code, 0);
       const auto whole = read_trajectory(file("a"));
@@ -280,7 +279,7 @@ TEST(Simulate, ResumedRunRemovesPartialCheckpoints) {
 TEST(Simulate, StoppedRunResumesBitForBit) {
   const TestFolder folder;
   const auto command = [&](const std::string& output, const std::string& more) {
-    // 2 10^5 steps are some seconds
+    // 2e5 steps take some seconds
     return "simulate " + samples +
            "pendulum_7.toml --method rk4 --end 20 --step 1e-4 --output-interval 0.1 -o " +
            (folder / output).string() + more;
@@ -291,7 +290,7 @@ TEST(Simulate, StoppedRunResumesBitForBit) {
   EXPECT_EQ(first.code, 1) << first.err;
   EXPECT_NE(first.err.find("the same command continues from " + kept), std::string::npos) << first.err;
   EXPECT_EQ(folder.count(), 1);
-  // another run's checkpoint is not taken up
+  // another run's checkpoint is refused
   const ProgramRun other = run_program(command("a.csv", " --rest-speed 1e-5 --checkpoint " + kept));
   EXPECT_EQ(other.code, 2);
   EXPECT_NE(other.err.find("is the checkpoint of another scene"), std::string::npos) << other.err;
@@ -314,7 +313,7 @@ TEST(Simulate, KeepsItsCheckpointUntilTheResultIsWritten) {
   const std::string whole = text_of(folder / "a.csv");
   std::filesystem::remove(folder / "a.csv");
   const std::string kept = folder / "run.checkpoint", command = plain + " --checkpoint " + kept;
-  // no file may be as long as it; what is kept is numbers, without reactions, and shorter
+  // the limit is below the CSV file's length; the checkpoint holds numbers without reactions and is shorter
   const std::string limit = "ulimit -f " + std::to_string(whole.size() / 512 - 1) + ";";
   const ProgramRun full = run_program(command + " --checkpoint-every 0.02", limit);
   EXPECT_EQ(full.code, 1);
@@ -349,10 +348,10 @@ TEST(Simulate, ContinuesWithClosedStandardError) {
   for (const char* closed : {" 2>/dev/full", " 2>&-", " 2>&- 0<&-"}) {
     std::filesystem::remove(folder / "a.csv");
     EXPECT_EQ(run_program(command + closed).code, 0) << closed;
-    EXPECT_TRUE(text_of(folder / "a.csv") == whole) << closed;  // and it is not said in there
+    EXPECT_TRUE(text_of(folder / "a.csv") == whole) << closed;  // the message is not in the file
     EXPECT_EQ(run_program("simulate --foo" + std::string(closed)).code, 2) << closed;
   }
-  EXPECT_EQ(run_program(command + " >&-").code, 1);  // what it was to print
+  EXPECT_EQ(run_program(command + " >&-").code, 1);  // its output cannot be printed
 }
 
 TEST(Simulate, NeverOverwritesItsInputs) {
@@ -375,7 +374,7 @@ TEST(Simulate, OptionsWithoutEffectAreRefused) {
   const std::string command = "simulate " + samples + "pendulum.toml --end 1 ";
   expect_refused(command + "--reactions", 2, "--reactions: has no effect", folder, 0);
   expect_refused(command + "--checkpoint-every 5", 2, "--checkpoint-every: has no effect", folder, 0);
-  for (const char* option : {"--out", "--checkpoint"})  // a variable of the shell that is not set
+  for (const char* option : {"--out", "--checkpoint"})  // an unset shell variable
     expect_refused(command + option + " ''", 2, std::string(option) + ": has an empty value", folder, 0);
 }
 

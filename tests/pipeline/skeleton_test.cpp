@@ -1,4 +1,4 @@
-// The skeleton is compared with the phantom it is made of, whose inertia and joint centres are exact.
+// Skeletons against their phantom, whose inertia and joint centres are exact.
 #include "pipeline/body/skeleton.hpp"
 
 #include <gtest/gtest.h>
@@ -39,7 +39,7 @@ const Solid& solid(const Scene& scene, const std::string& name) {
   throw std::runtime_error("no solid " + name);
 }
 
-// X_WS at the scene's start, by the plain product of its switches: independent of the engine
+// X_WS at the scene's start as the product of its switches, independent of the engine
 Pose pose(const Scene& scene, const std::string& name) {
   const Solid& s = solid(scene, name);
   Pose X = s.parent == world_name ? Pose{} : pose(scene, s.parent);
@@ -63,7 +63,7 @@ TEST(Skeleton, StartsInTheScansPoseWithTheScansInertia) {
   EXPECT_TRUE(skeleton->warnings.empty()) << skeleton->warnings.front().text;
   for (const Solid& s : skeleton->scene.solids) {
     const Pose X = pose(skeleton->scene, s.name);
-    // frames stand along the patient's axes; products of at most six rotations round to a few 1e-16
+    // frames are along the patient's axes; products of up to six rotations round to a few 1e-16
     EXPECT_LT((X.R - Eigen::Matrix3d::Identity()).norm(), 1e-13) << s.name;
     const Inertial& exact = made.parts.at(s.name);
     EXPECT_LT((X * s.inertials.at(0).centre - exact.centre).norm(), 1e-12) << s.name;
@@ -84,16 +84,16 @@ TEST(Skeleton, JointsLieAtTheirCentresAndHingesMeasureFlexion) {
   const auto flexion = [&](const std::string& part) {
     return solid(skeleton->scene, part).switches.back().q.at(0) / degree;
   };
-  // the phantom's own angles count from its standing pose, in which ankle and wrist lie a little off the
-  // straight line
+  // the phantom's angles count from its standing pose, whose ankle and wrist are slightly off the straight
+  // line
   EXPECT_NEAR(flexion("shank_left") - flexion("shank_right"), 30, 1e-6);
   EXPECT_NEAR(flexion("forearm_right") - flexion("forearm_left"), 40, 1e-6);
   EXPECT_NEAR(flexion("shank_right"), 0, 2);
   EXPECT_NEAR(flexion("forearm_left"), 0, 2);
 }
 
-// The elbow's axis goes with the arm: raised beyond the horizontal it bends forwards as below; with its
-// epicondyles interchanged, too, since no elbow bends backwards so far.
+// The elbow's axis moves with the arm, so a raised arm also bends forwards. This holds with interchanged
+// epicondyles too, since no elbow bends backwards so far.
 TEST(Skeleton, ElbowsOfRaisedArmsBendForwards) {
   for (const double abduction : {80.0, 100.0, 150.0}) {
     Body made = body({{"shoulder_left_abduction", abduction},
@@ -119,7 +119,7 @@ const Switch& ball(const Scene& scene, const std::string& part) {
   throw std::runtime_error("no ball at " + part);
 }
 
-// where the ball stands at the start, in degrees about its axes
+// a ball's start as a rotation vector about its axes, degrees
 Vector3d start(const Scene& scene, const std::string& part) {
   const Switch& one = ball(scene, part);
   return logarithm(Quaternion(one.q.at(0), one.q.at(1), one.q.at(2), one.q.at(3))) / degree;
@@ -141,7 +141,7 @@ TEST(Skeleton, BallsMeasureAnatomicalAngles) {
   // (its arms stand at 12 degrees of abduction)
   // The phantom turns its parts by its own angles, from a stance that is itself some degrees from the
   // anatomical position; components of rotation vectors add up only as far as turns commute: 5 % of the angle
-  // and of that stance's some 5 degrees
+  // and of that stance's about 5 degrees
   const auto change = [&](const Scene& posed, const char* part) {
     return Vector3d(start(posed, part) - start(rest, part));
   };
@@ -184,7 +184,7 @@ TEST(Skeleton, StartOutsideARangeWidensIt) {
   const auto skeleton = build_skeleton(made.parts, made.phantom.landmarks);
   ASSERT_TRUE(skeleton);
   const double flexion = start(skeleton->scene, "thigh_left").x();
-  EXPECT_NEAR(flexion, 130, 5);  // from a stance some degrees off the straight one
+  EXPECT_NEAR(flexion, 130, 5);  // the standing pose is some degrees off straight
   const std::vector<Range>& hip = ball(skeleton->scene, "thigh_left").ranges;
   EXPECT_NEAR(hip[0].upper, flexion * degree, 1e-12);
   EXPECT_DOUBLE_EQ(hip[0].lower, -30 * degree);
@@ -193,28 +193,28 @@ TEST(Skeleton, StartOutsideARangeWidensIt) {
   const std::string& said = skeleton->warnings[0].text;
   EXPECT_NE(said.find("hip_left flexion 1"), std::string::npos) << said;
   EXPECT_NE(said.find("degrees (-30 to 120)"), std::string::npos) << said;
-  // it compiles, also once it has been through its file
+  // it compiles, also after writing and reading its file
   ASSERT_TRUE(compile(skeleton->scene)) << compile(skeleton->scene).error().message();
   const auto back = parse_scene(write_scene(skeleton->scene).value(), "scene.toml");
   ASSERT_TRUE(back) << back.error().message();
   EXPECT_TRUE(compile(*back)) << compile(*back).error().message();
 }
 
-// A straight elbow of a coarse scan comes out bent backwards by what its landmarks leave open: 2 mm at the
-// wrist, 0.5 degrees, is a finding of exact landmarks and none of the wrist's usual 5 mm.
+// In a coarse scan, landmark errors bend a straight elbow slightly backwards. 2 mm at the wrist (0.5 degrees)
+// matter if landmarks are exact, but not if the wrist has its usual deviation of 5 mm.
 TEST(Skeleton, IgnoresAnglesOutsideByLessThanTheirDeviation) {
   for (const double deviation : {0.01, 5.0}) {
     Body made = body();
     Landmark& wrist = made.phantom.landmarks.find("wrist_left")->second;
     const Vector3d elbow = made.phantom.landmarks.find("elbow_left")->second.point;
     wrist.deviation = deviation;
-    // backwards, square to the forearm
+    // backwards, perpendicular to the forearm
     EXPECT_TRUE(build_skeleton(made.parts, made.phantom.landmarks)->warnings.empty());
     wrist.point = elbow + rotation_about(Vector3d::UnitX(), 0.5 * degree) * (wrist.point - elbow);
     const auto skeleton = build_skeleton(made.parts, made.phantom.landmarks);
     ASSERT_TRUE(skeleton);
     EXPECT_EQ(skeleton->warnings.size(), deviation < 1 ? 1U : 0U) << deviation;
-    // the start lies within the range either way
+    // the start lies within the range in both cases
     const Solid* forearm = nullptr;
     for (const Solid& solid : skeleton->scene.solids)
       if (solid.name == "forearm_left") forearm = &solid;
@@ -238,10 +238,10 @@ TEST(JointAxes, IgnoresStartsOutsideByRounding) {
   std::vector<Warning> warnings;
   auto ranges = ranges_with_start(hip, Vector3d(120.04, 0, 0) * degree, "hip_left", warnings);
   EXPECT_TRUE(warnings.empty());
-  EXPECT_DOUBLE_EQ(ranges[0].upper, 120.04 * degree);  // the start lies in it nevertheless
+  EXPECT_DOUBLE_EQ(ranges[0].upper, 120.04 * degree);  // the range includes the start
   ranges = ranges_with_start(hip, Vector3d(-30.06, 0, 0) * degree, "hip_left", warnings);
   EXPECT_EQ(warnings.size(), 1u);
-  // nor one by no more than its own deviation
+  // nor an excess within its own deviation
   warnings.clear();
   ranges_with_start(hip, Vector3d(122, 0, 0) * degree, "hip_left", warnings, Vector3d(3, 0, 0) * degree);
   EXPECT_TRUE(warnings.empty());
@@ -257,7 +257,7 @@ TEST(JointAxes, RotateInTheNamedDirection) {
     for (const char* kind : {"hip", "shoulder", "wrist", "ankle"}) {
       const Eigen::Matrix3d A = joint_axes(std::string(kind) + side).R_FA;
       EXPECT_NEAR(A.determinant(), 1, 1e-15);
-      // the velocity of a point of the part, turning about the axis
+      // velocity of a point of the part under rotation about the axis
       EXPECT_EQ(A.col(0).cross(-up), front) << "flexion: the lower end goes forwards";
       EXPECT_EQ(A.col(1).cross(-up), medial) << "adduction: the lower end goes to the midline";
       EXPECT_EQ(A.col(2).cross(front), medial) << "internal rotation: the front goes to the midline";
@@ -273,7 +273,7 @@ TEST(JointAxes, RotateInTheNamedDirection) {
   EXPECT_EQ(joint_axes("ankle_left").axes[1].motion, "inversion");
   EXPECT_EQ(joint_axes("wrist_right").axes[2].motion, "pronation");
   EXPECT_DOUBLE_EQ(joint_axes("shoulder_left").axes[1].range.lower, -120 * degree);
-  EXPECT_DOUBLE_EQ(joint_axes("ankle_left").axes[2].range.upper, 180 * degree);  // none is published
+  EXPECT_DOUBLE_EQ(joint_axes("ankle_left").axes[2].range.upper, 180 * degree);  // no published range
 }
 
 TEST(Skeleton, LeapStartsAsOneRigidBody) {
@@ -288,12 +288,12 @@ TEST(Skeleton, LeapStartsAsOneRigidBody) {
   for (int i = 0; i < 3; ++i)
     velocity[i] = root.switches.at(i).v.at(0), position[i] = root.switches.at(i).q.at(0);
   const Vector3d omega = Eigen::Map<const Vector3d>(root.switches.at(3).v.data());
-  // the gravity centre's velocity: straight up at g t / 2, so that it is back after t
+  // the gravity centre's velocity is vertical, g t / 2, so it is back after t
   const Vector3d centre = velocity + omega.cross(made.phantom.whole.centre - position);
   EXPECT_LT((centre - Vector3d(0, 0, 9.81 * 0.4)).norm(), 1e-9);
   EXPECT_NEAR(omega.norm(), 100 * degree, 1e-12);
   EXPECT_NEAR(omega.x(), -100 * degree,
-              1e-3);  // the phantom stands upright: its left is x to within rounding
+              1e-3);  // the phantom stands upright, so its left is x to rounding
 }
 
 TEST(Skeleton, InventsNoMissingParts) {
@@ -303,15 +303,14 @@ TEST(Skeleton, InventsNoMissingParts) {
   const auto skeleton = build_skeleton(made.parts, made.phantom.landmarks);
   ASSERT_TRUE(skeleton);
   EXPECT_EQ(skeleton->scene.solids.size(), 13u);
-  EXPECT_EQ(solid(skeleton->scene, "shank_left").parent, world_name);  // free: its thigh is missing
+  EXPECT_EQ(solid(skeleton->scene, "shank_left").parent, world_name);  // free, because its thigh is missing
   EXPECT_EQ(solid(skeleton->scene, "forearm_right").parent, world_name);
-  EXPECT_EQ(solid(skeleton->scene, "foot_right").switches.size(), 1u);  // welded: its joint is not known
+  EXPECT_EQ(solid(skeleton->scene, "foot_right").switches.size(), 1u);  // welded: its joint is unknown
   EXPECT_EQ(skeleton->warnings.size(), 3u);
   EXPECT_FALSE(build_skeleton({}, made.phantom.landmarks));
 }
 
-// A trunk as one solid: whatever hung on its parts hangs on it, at the same joints, and the whole is the
-// same.
+// A trunk as one solid: its parts' children attach to it at the same joints, and the whole body is unchanged.
 TEST(Skeleton, GroupsOfPartsBecomeOneSolidEach) {
   const Body made = body();
   PartInertials some;
@@ -379,7 +378,7 @@ TEST(Skeleton, CutPartsCarryTheReasonOfTheirRow) {
   ASSERT_EQ(warnings.size(), 1U);
   EXPECT_NE(warnings[0].text.find("no wrist was found"), std::string::npos) << warnings[0].text;
   EXPECT_EQ(warnings[0].text.find("edge"), std::string::npos) << warnings[0].text;
-  // a stump is all that there is of its part
+  // a stump counts as the whole part
   table.rows[0].notes = {"stump: hand is absent as told"};
   warnings.clear();
   EXPECT_TRUE(movable_parts(table, warnings).contains("forearm_left"));
@@ -403,8 +402,8 @@ TEST(Skeleton, FliesOnAParabolaAndKeepsItsSpin) {
   const auto trajectory = simulate(*system);
   ASSERT_TRUE(trajectory) << trajectory.error().message();
   EXPECT_TRUE(trajectory->certificate.trusted) << trajectory->certificate.reason;
-  // the gravity centre of any body in flight: a parabola, whatever its joints do. The integrator is asked for
-  // 1e-6 per step and coordinate; rates add up over about a hundred steps
+  // the gravity centre in flight follows a parabola. The tolerance is 1e-6 per step and coordinate; errors of
+  // rates add up over about a hundred steps
   for (std::size_t row = 0; row < trajectory->times.size(); ++row) {
     const double t = trajectory->times[row];
     const Vector3d exact = made.phantom.whole.centre + Vector3d(0, 0, 9.81 * 0.5 * t - 9.81 * t * t / 2);
@@ -412,11 +411,11 @@ TEST(Skeleton, FliesOnAParabolaAndKeepsItsSpin) {
               1e-5)
         << t;
   }
-  // its stops keep it in its ranges
+  // its stops keep it within its ranges
   for (const LoggedEvent& event : trajectory->certificate.events)
     if (!event.kind.starts_with("stop_"))
       ADD_FAILURE() << event.kind << ", " << event.name << " at " << event.time << " s";
-  // it moves like a body that tucks: the knees bend by more than 60 degrees and stay within their range
+  // it tucks: the knees bend by more than 60 degrees and stay within their range
   double most = 0, least = 0;
   for (const CoordinateInfo& c : trajectory->coordinates)
     if (c.name.starts_with("knee")) {

@@ -1,4 +1,4 @@
-// Limits of stability against closed forms, outcomes against what is known of the methods.
+// Limits of stability against closed forms, and outcomes against known properties of the methods.
 #include "pipeline/charts/stability_page.hpp"
 
 #include <fmt/format.h>
@@ -17,7 +17,7 @@
 namespace borelli::stability_test {
 namespace {
 
-// 1 kg on a spring, without weight: by stiffness k it swings at sqrt(k) rad/s.
+// 1 kg on a spring of stiffness k without gravity: it swings at sqrt(k) rad/s.
 const std::string oscillator = R"(name = "oscillator"
 gravity = [0, 0, 0]
 [simulation]
@@ -74,20 +74,20 @@ TEST(Stability, LimitsOfAnUndampedSpringMatchTheory) {
   const StabilityMap map =
       mapped(sweep(oscillator, "spring.stiffness", "4,1e4,1e8"),
              {"rk4", "verlet", "semi_implicit_euler", "implicit_midpoint", "gauss4"}, "1e-5:10");
-  const double reach[] = {std::sqrt(8.), 2, 2};  // of h omega
+  const double reach[] = {std::sqrt(8.), 2, 2};  // limits of h omega
   ASSERT_EQ(map.limits.size(), 15u);
   for (const StabilityLimit& limit : map.limits) {
     const double omega = std::sqrt(map.sweep.values.values[limit.column]);
     ASSERT_TRUE(limit.linear);
     if (limit.method < 3) {
-      // 200 steps tell growth by a part in a hundred from none
+      // 200 steps detect the limit to 1 %
       EXPECT_NEAR(limit.stable * omega / reach[limit.method], 1, 0.01) << map.methods[limit.method];
       EXPECT_NEAR(*limit.linear * omega / reach[limit.method], 1, 1e-6);
     } else {
       EXPECT_TRUE(std::isinf(limit.stable)) << map.methods[limit.method];
       EXPECT_TRUE(std::isinf(*limit.linear));
     }
-    EXPECT_FALSE(limit.trusted >= limit.stable);  // what is stable is not yet right
+    EXPECT_FALSE(limit.trusted >= limit.stable);  // a stable run need not be accurate
   }
 }
 
@@ -111,7 +111,7 @@ TEST(Stability, DampingLimitsTheStepOfADampedSpring) {
 }
 
 TEST(Stability, ReportsMotionThatGrowsByItself) {
-  // x = cosh t: by e^5 in five seconds, by e^50 at a hundred times the force, and by nothing on a spring
+  // x = cosh t grows by e^5 in five seconds, by e^50 with 100 times the force, and not at all on a spring
   const auto words_of = [](const std::string& values) {
     return own_growth_words(mapped(sweep(oscillator, "spring.stiffness", values), {"rk4"}, "1e-2:1e-1"));
   };
@@ -122,8 +122,8 @@ TEST(Stability, ReportsMotionThatGrowsByItself) {
 }
 
 TEST(Stability, IgnoresFailuresAfterTheScenesEnd) {
-  // a rod of 1 m between a slider that is driven at 1 m/s and one across: it is at its length's end after 1
-  // s; 200 steps of 6 ms go beyond that
+  // a rod of 1 m between a slider driven at 1 m/s and a perpendicular one: it is fully extended after 1 s,
+  // and 200 steps of 6 ms go beyond that
   const std::string text = R"(name = "rod"
 gravity = [0, 0, 0]
 [simulation]
@@ -161,17 +161,17 @@ TEST(Stability, EulerGrowsAtAnyStepAndMidpointSlowly) {
   EXPECT_TRUE(std::isnan(map.limits[0].stable));
   EXPECT_EQ(map.limits[0].linear, 0);
   EXPECT_EQ(map.cells[0].tried.outcome, Outcome::energy_growth);
-  // its energy grows by (h omega)^4 / 4 a step: a thousandth in 2000 steps of 1e-2 s is more than it does
+  // its energy grows by (h omega)^4 / 4 per step, which is less than 1e-3 in 2000 steps of 1e-2 s
   EXPECT_EQ(map.limits[1].linear, 0);
   EXPECT_GT(map.limits[1].stable, 5e-3);
   EXPECT_LT(map.limits[1].stable, 5e-2);
 }
 
-// Of q'' + c q' + k q = 0: where |R(h lambda)| = 1, of Runge-Kutta methods with as many stages as their
-// order.
+// The step h for q'' + c q' + k q = 0 at which |R(h lambda)| = 1, for Runge-Kutta methods with as many stages
+// as their order.
 double reach(int order, double c, double k) {
   const std::complex<double> lambda =
-      (-c + std::sqrt(std::complex<double>(c * c - 4 * k, 0))) / 2. - 1e-300;  // (of two alike in size, one)
+      (-c + std::sqrt(std::complex<double>(c * c - 4 * k, 0))) / 2. - 1e-300;  // if equal in size, one
   const std::complex<double> other = -c - lambda;
   const auto grows = [&](double h) {
     double most = 0;
@@ -184,7 +184,7 @@ double reach(int order, double c, double k) {
   };
   double low = 1e-9, high = 1;
   while (!grows(high)) high *= 2;
-  // the first crossing: go up in small ratios
+  // finds the first crossing in small ratios
   for (double h = low; h < high; h *= 1.001)
     if (grows(h)) {
       high = h;
@@ -196,8 +196,8 @@ double reach(int order, double c, double k) {
   return low;
 }
 
-// Two masses, one on a damped spring that is ever stiffer: the error that a method adds before the motion has
-// died down is no instability.
+// Two masses, one on a damped spring of increasing stiffness. Errors added before the motion has died away
+// are no instability.
 TEST(Stability, DampedMotionsAreStableUpToTheTheoreticalLimit) {
   std::string text = oscillator;
   text.replace(text.find("damping = 0"), 11, "damping = 3");
@@ -225,12 +225,12 @@ damping = 1
     const double k = map.sweep.values.values[limit.column];
     const double theory = std::min(reach(orders[limit.method], 3, 40), reach(orders[limit.method], 4, 4 * k));
     const std::string what = fmt::format("{} at {:g}", map.methods[limit.method], k);
-    if (theory < 1e-4) {  // below all that was tried
+    if (theory < 1e-4) {  // below all steps that were tried
       EXPECT_TRUE(std::isnan(limit.stable)) << what;
       EXPECT_TRUE(limit.known) << what;
       continue;
     }
-    // 200 steps tell a growth by a part in a hundred, of two that are mixed one by five
+    // 200 steps detect the limit to 1 %, or to 5 % if two modes are mixed
     EXPECT_NEAR(limit.stable / theory, 1, 0.05) << what << " in " << limit.over;
   }
 }
@@ -259,12 +259,13 @@ TEST(Stability, LimitsFoundInPartOfTheTimeAreMarked) {
   EXPECT_FALSE(says(stability_plots(map).front().second));
 }
 
-// The cube drops at once, and hits the spring later: how many steps a run may make says nothing of that.
+// The cube drops at once and hits the spring later. A run cut off by the limit on steps does not reach the
+// impact, so it gives no limit of stability.
 TEST(Stability, TruncatedRunGivesNoLimit) {
   const std::string text = with_number(read_input_file(test::source_folder() + "/samples/shock.toml").value(),
                                        "shock.toml", "solid[cube].shape.mass", 1e6)
                                .value();
-  // as a run that is let go on shows: that step fails, after half a second
+  // a longer run shows it: that step fails after half a second
   const System system = compile(parse_scene(text, "shock.toml").value()).value();
   SimulationSettings how = system.settings;
   how.method = "rk4";
@@ -288,7 +289,8 @@ TEST(Stability, TruncatedRunGivesNoLimit) {
   EXPECT_NE(stability_limits_csv(map).find(",no,"), std::string::npos);
 }
 
-// dopri5 needs the more steps the smaller its tolerance, by the fifth root: up to some it is not let go on.
+// dopri5 needs more steps for smaller tolerances, as their fifth root, so runs with small tolerances are cut
+// off.
 TEST(Stability, ReportsTheToleranceOfTruncatedRuns) {
   StabilitySettings settings;
   settings.methods = {"dopri5"};
@@ -328,10 +330,10 @@ TEST(Stability, EachOutcomeOccursInAnExample) {
   };
   EXPECT_EQ(outcome(oscillator, "rk4", 0.01), Outcome::stable);
   EXPECT_EQ(outcome(oscillator, "rk4", 2), Outcome::blow_up);
-  EXPECT_EQ(outcome(oscillator, "rk4", 1.2), Outcome::energy_loss);  // all of it, before long
+  EXPECT_EQ(outcome(oscillator, "rk4", 1.2), Outcome::energy_loss);  // nearly all
   EXPECT_EQ(outcome(oscillator, "rk4", 0.2), Outcome::energy_loss);  // a part
   EXPECT_EQ(outcome(oscillator, "rk4", 1.42), Outcome::energy_growth);
-  EXPECT_EQ(outcome(oscillator, "semi_implicit_euler", 0.5), Outcome::inaccurate);  // to and fro
+  EXPECT_EQ(outcome(oscillator, "semi_implicit_euler", 0.5), Outcome::inaccurate);  // oscillates
   EXPECT_EQ(outcome(oscillator, "dopri5", 1e-8, {}, {200, 20}), Outcome::unfinished);
   EXPECT_EQ(outcome(oscillator, "rk4", 1e-3, {}, {200, 1000}), Outcome::unfinished);
   EXPECT_EQ(outcome(sample("a01.toml"), "cvode", 1e-6), Outcome::refused);
@@ -361,7 +363,7 @@ TEST(Stability, BaumgartesGainsLimitTheStep) {
     EXPECT_EQ(map.cells[0].tried.outcome, Outcome::stable) << map.cells[0].tried.reason;
     EXPECT_NE(map.cells[1].tried.outcome, Outcome::blow_up) << map.cells[1].tried.reason;
     EXPECT_EQ(map.cells[2].tried.outcome, Outcome::blow_up) << map.cells[2].tried.reason;
-    EXPECT_FALSE(map.limits[0].linear);  // of the constraints' own dynamics it knows nothing
+    EXPECT_FALSE(map.limits[0].linear);  // constraint errors are not linearised
   }
 }
 

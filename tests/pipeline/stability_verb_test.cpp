@@ -1,4 +1,4 @@
-// `borelli stability` as a person uses it, and the scenes that make methods fail, which must go on failing.
+// `borelli stability` as a user runs it, and scenes at which methods fail and must keep failing.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -31,7 +31,7 @@ TEST(StabilityVerb, MapsASceneNumberAgainstTheStep) {
   const json answer = json::parse(run.out, nullptr, false);
   EXPECT_EQ(answer["runs"], 14);
   ASSERT_EQ(answer["limits"].size(), 4u);
-  // the top's fast nods, of which the exact derivatives at the start know
+  // the top's fast nutation, which the exact derivatives at the start include
   for (int i = 0; i < 2; ++i) {
     const double stable = answer["limits"][i]["stable"], linear = answer["limits"][i]["linear"];
     EXPECT_NEAR(stable / linear, 1, 0.02);
@@ -69,7 +69,7 @@ TEST(StabilityVerb, ContinuesAfterAnInterruption) {
                             "--json -o ";
   const auto text = [&](const std::string& name) { return read_input_file(folder / name).value(); };
   ASSERT_EQ(run_program(asked + (folder / "whole").string()).code, 0);
-  // killed after ever more tenths of a second, until it comes to its end
+  // killed after ever longer times, in steps of 0.1 s, until it finishes
   const std::string partial = "broken/stability.partial.json";
   bool was_partial = false;
   std::string kept;
@@ -174,7 +174,7 @@ TEST(StabilityVerb, RefusesBadUseInOneSentence) {
   refused(samples + "pendulum.toml --vary gravity[2]=1:2", "applies to a single scene");
 }
 
-// ---- scenes that fail ----
+// ---- failing scenes ----
 
 struct Failing {
   std::filesystem::path file;
@@ -184,7 +184,7 @@ struct Failing {
 
 void PrintTo(const Failing& kept, std::ostream* out) { *out << kept.method << " at " << kept.setting; }
 
-// tests/pipeline/failing/*.toml begin with how they fail: "# fails: METHOD at SETTING by OUTCOME: WORDS"
+// tests/pipeline/failing/*.toml begin with their failure: "# fails: METHOD at SETTING by OUTCOME: WORDS"
 std::vector<Failing> failing_scenes_kept() {
   std::vector<Failing> out;
   for (const auto& entry :

@@ -27,7 +27,7 @@ struct Stages : testing::Test {
   std::vector<std::string> ran;
   json first_settings = {{"step", 3}};
   std::string broken;
-  std::vector<EditableOutput> editable;  // of the stages that leave them
+  std::vector<EditableOutput> editable;  // editable outputs of the stages
 
   void SetUp() override { fs::remove_all(folder), fs::create_directories(folder); }
   void TearDown() override { fs::remove_all(folder); }
@@ -63,14 +63,14 @@ struct Stages : testing::Test {
   }
 };
 
-// One, what needs it, and what comes of all: "left" and "right" may be done side by side.
+// A first stage, two that need it, "left" and "right", which may run in parallel, and one that needs both.
 struct StagesSideBySide : testing::Test {
   fs::path folder = fs::path(testing::TempDir()) / ("stages_side_test_" + std::to_string(::getpid()));
   std::mutex mutex;
   std::vector<std::string> ran;
-  std::map<std::string, std::function<void()>> first;  // what a stage does before it leaves its file
+  std::map<std::string, std::function<void()>> first;  // work of a stage before it writes its file
   std::map<std::string, std::string> broken;
-  std::string endless;  // goes on until it is told to stop
+  std::string endless;  // this stage runs until it is stopped
   StageObserver observer;
 
   void SetUp() override { fs::remove_all(folder), fs::create_directories(folder); }
@@ -158,7 +158,7 @@ TEST_F(StagesSideBySide, RecordKeepsTheOrderOfOneThread) {
 TEST_F(StagesSideBySide, FirstFailureIsNamedAndLaterStagesDoNotStart) {
   std::atomic<bool> left = false, right = false;
   broken = {{"lefter", "broken"}, {"right", "broken, too"}};
-  first["left"] = [&] { left = true, wait_for(right); };  // fails the sooner though it comes later
+  first["left"] = [&] { left = true, wait_for(right); };  // the later stage fails first
   first["right"] = [&] { wait_for(left), right = true; };
   for (const int threads : {2, 1}) {
     const auto stopped = run(threads);
@@ -327,7 +327,7 @@ TEST_F(Stages, ChangedOutputOfEqualSizeIsWrittenAgain) {
   ASSERT_TRUE(run());
   EXPECT_EQ(ran, Names{"two"});
   EXPECT_EQ(text("two.txt"), "two");
-  // a record of an earlier program has no digest to go by
+  // a record of an earlier version has no digests
   json record = json::parse(text("run.json"));
   record["stages"][0].erase("digests");
   edit("run.json", record.dump());
@@ -338,7 +338,7 @@ TEST_F(Stages, ChangedOutputOfEqualSizeIsWrittenAgain) {
 TEST_F(Stages, FileChangedByHandIsKeptAndUsed) {
   editable = {{"one.txt"}};
   ASSERT_TRUE(run());
-  edit("one.txt", "One");  // as long as it was
+  edit("one.txt", "One");  // same length
   const std::string kept = "one.txt was changed by hand and is kept; --force writes it again";
   for (const Names& done : {Names{"two"}, Names{}}) {
     const auto record = run();
@@ -359,7 +359,7 @@ TEST_F(Stages, FileChangedByHandIsKeptAndUsed) {
             std::string::npos);
   first_settings["step"] = 3;
 
-  edit("one.txt", "one");  // as the stage left it
+  edit("one.txt", "one");  // as the stage wrote it
   const auto back = run();
   ASSERT_TRUE(back);
   EXPECT_EQ(ran, Names{"two"});
@@ -388,7 +388,7 @@ TEST_F(Stages, StoppedRunRemembersFilesChangedByHand) {
   ASSERT_TRUE(run());
   edit("aside.txt", "ASIDE");
   first_settings["step"] = 2;
-  broken = "two";  // run.json has been written by then, before the stage 'aside' was come to
+  broken = "two";  // run.json is already written, but the stage 'aside' has not begun
   ASSERT_FALSE(run());
   EXPECT_EQ(ran, Names{"one"});
   broken.clear();

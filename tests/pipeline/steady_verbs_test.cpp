@@ -32,7 +32,7 @@ TEST(SteadyVerbs, PendulumHangsDownAndSwingsByItsLength) {
   EXPECT_NEAR(m["modes"][0]["frequency"], std::sqrt(9.81) / (2 * M_PI), 1e-9);
   EXPECT_NEAR(m["modes"][0]["damping_ratio"], 0, 1e-12);
   EXPECT_EQ(m["modes"][0]["shape"], json({{1.0, 0.0}}));
-  // from its own start, level, it has to look first
+  // its start, level, is no equilibrium, so it searches first
   const ProgramRun both =
       run_program("modes " + samples + "pendulum.toml --equilibrium --json --state " + state);
   EXPECT_EQ(json::parse(both.out, nullptr, false)["stability"], "neutral") << both.err;
@@ -44,7 +44,7 @@ TEST(SteadyVerbs, PendulumHangsDownAndSwingsByItsLength) {
 
 TEST(SteadyVerbs, ExplainsAMissingEquilibrium) {
   const ProgramRun plate = run_program("equilibrium " + samples + "heavy_top.toml --json");
-  EXPECT_EQ(plate.code, 0) << plate.err;  // hanging or standing: it rests
+  EXPECT_EQ(plate.code, 0) << plate.err;  // it rests, hanging or standing
   const ProgramRun ball = run_program("equilibrium " + samples + "bouncing_ball.toml");
   EXPECT_EQ(ball.code, 2);
   EXPECT_NE(ball.err.find("constraint 'ground': is a contact"), std::string::npos) << ball.err;

@@ -1,5 +1,5 @@
-// The grid that a tolerance picks: the table by it is compared with that by the finest grid there is, of
-// which the pick knows nothing.
+// The grid chosen for a tolerance: its table is compared with that of the finest grid, which the choice does
+// not use.
 #include "pipeline/body/table_tolerance.hpp"
 
 #include <gtest/gtest.h>
@@ -56,8 +56,8 @@ TEST_P(TableToleranceOnBodies, EveryEntryStaysWithinItOfTheFinestGrid) {
     RecordProperty(std::to_string(tolerance),
                    std::to_string(tables[n].step) + " mm, off by " + std::to_string(worst) + " in " + where);
   }
-  EXPECT_TRUE(std::ranges::is_sorted(picked, std::greater()));  // who asks for less gets a coarser grid
-  EXPECT_GT(picked.front(), picked.back());                     // and something is saved
+  EXPECT_TRUE(std::ranges::is_sorted(picked, std::greater()));  // a larger tolerance gives a coarser grid
+  EXPECT_GT(picked.front(), picked.back());                     // coarser grids occur
 
   GridPick pick;
   const auto found = segment_within(scan, 0.05, {}, {}, pick);
@@ -76,8 +76,8 @@ TEST(TableTolerance, ReportsWhatTheIcrpMalesSlicesCannotGive) {
   GridPick pick;
   ASSERT_TRUE(segment_within(scan->volume, 0.01, {}, {}, pick));
   EXPECT_FALSE(pick.met);                                   // slices of 8 mm
-  EXPECT_EQ(pick.against, 0);                               // no two grids could show otherwise
-  EXPECT_EQ(pick.step, grids_to_try(scan->volume).back());  // so that nothing is off from it
+  EXPECT_EQ(pick.against, 0);                               // no two grids to compare
+  EXPECT_EQ(pick.step, grids_to_try(scan->volume).back());  // the finest grid
   EXPECT_NE(in_words(pick).find("does not reach 1 %"), std::string::npos) << in_words(pick);
 }
 
@@ -94,7 +94,7 @@ TEST(TableTolerance, ErrorsAreRelativeToTheSegment) {
   EXPECT_NEAR(errors[0].mass, 0.01, 1e-12);
   EXPECT_NEAR(errors[0].centre, 0.01, 1e-12);
   EXPECT_NEAR(errors[0].moments, 0.05, 1e-12);
-  other.completeness = Completeness::cut;  // no longer the same thing
+  other.completeness = Completeness::cut;  // no longer comparable
   EXPECT_EQ(entry_errors(make_table({}, {other}), one)[0].mass, 1);
 }
 
@@ -106,7 +106,8 @@ TEST(TableTolerance, JudgesGridsByDifferencesAndLandmarkJumps) {
   InertiaRow other = row;
   other.inertial.mass *= 1.02;
   const GridTable coarse{6, make_table({}, {other})}, fine{4.5, make_table({}, {row})};
-  // joints of limbs jump by a quarter of the coarsest edge, here 1 mm in 200: moments by 2.5 times that share
+  // limb joints move by a quarter of the coarsest edge, here 1 mm in 200; moments change by 2.5 times that
+  // share
   const GridPick five = judged(coarse, fine, 0.05, 4);
   EXPECT_TRUE(five.met);
   EXPECT_EQ(five.step, 4.5);
@@ -125,7 +126,7 @@ TEST(TableTolerance, ReportsVoxelsThatCannotReachIt) {
   row.part = "hand_left";
   row.volume = 4e-4;
   row.inertial = {0.4, {0, 0, 1}, 1e-4 * Eigen::Matrix3d::Identity()};
-  // by cause: voxels 0.3 and 0.4 of a percent, planes 5 percent, which no voxels answer for
+  // by cause: voxels 0.3 and 0.4 %, and planes 5 %, which do not depend on voxels
   row.deviations = {{"mass_kg", 0.02, {0.0012, 0.0016, 0.02}}};
   InertiaTable table = make_table({}, {row});
   table.rows[0].deviations = row.deviations;

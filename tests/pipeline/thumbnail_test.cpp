@@ -1,4 +1,4 @@
-// The small copy of a scan against functions of the patient's position, which it must show where they are.
+// The small copy of a scan shows functions of the patient's position at the right places.
 #include "pipeline/export/thumbnail.hpp"
 
 #include <gtest/gtest.h>
@@ -38,8 +38,8 @@ Grid crooked_grid() {
   return grid;
 }
 
-// A linear function of position survives trilinear interpolation and means over symmetric samples exactly;
-// what is left is the source's rounding to whole HU (0.5) and the byte's step of 10 HU (5).
+// Trilinear interpolation and means over symmetric samples preserve a linear function of position. The error
+// is the source's rounding to whole HU (0.5) plus the byte's step of 10 HU (5).
 TEST(Thumbnail, ShowsEveryPointAtItsPlaceOnASkewedGrid) {
   GreyVolume grey;
   grey.grid = crooked_grid();
@@ -55,13 +55,13 @@ TEST(Thumbnail, ShowsEveryPointAtItsPlaceOnASkewedGrid) {
         grey.voxels.push_back(static_cast<std::int16_t>(std::lround(ramp(point))));
         labels.voxels.push_back(point[0] > 5 ? 2 : 1);
       }
-  for (const std::size_t most : {1'000'000u, 4000u}) {  // as fine as the source; much coarser
+  for (const std::size_t most : {1'000'000u, 4000u}) {  // as fine as the source, and much coarser
     const Thumbnail copy = thumbnail(&grey, &labels, most, 2);
     double worst = 0;
     std::size_t inside = 0, wrong = 0;
     each_voxel(copy, [&](std::size_t at, const Eigen::Vector3d& point) {
       const Eigen::Vector3d index = grey.grid.index(point);
-      // the mean's samples must lie within the grid too: half a voxel of the copy from its border
+      // the samples of the mean must lie within the grid: half a voxel of the copy from its border
       const Eigen::Vector3d reach =
           grey.grid.axes.inverse().cwiseAbs() * Eigen::Vector3d::Constant(copy.spacing / 2);
       for (int c = 0; c < 3; ++c)
@@ -71,7 +71,7 @@ TEST(Thumbnail, ShowsEveryPointAtItsPlaceOnASkewedGrid) {
       const double value = std::clamp(ramp(point), copy.low, copy.high);
       worst = std::max(worst, std::abs(grey_value(copy, at) - value));
       ++inside;
-      // half a diagonal of a source voxel from the border between the labels
+      // farther than half a diagonal of a source voxel from the border between labels
       if (std::abs(point[0] - 5) > 4.5) wrong += copy.labels[at] != (point[0] > 5 ? 2 : 1);
     });
     EXPECT_GT(inside, copy.grey.size() / 8);
@@ -113,7 +113,7 @@ TEST(Thumbnail, ShowsLabelsAloneAndUnlabelledScans) {
   EXPECT_EQ(thumbnail(&scan.grey, &scan.labels).size, scan.grey.grid.size);
 }
 
-// The same body labelled on another, shifted grid: the labels lie over the same places of the scan. The
+// The same body labelled on another, shifted grid: the labels lie at the same positions in the scan. The
 // tolerance is the share of the copy's body voxels that lie within half a source voxel of a border.
 TEST(Thumbnail, LabelsMayHaveTheirOwnGrid) {
   const CapsuleScan fine = capsule_scan(capsule_grid(8));

@@ -1,5 +1,5 @@
-// A trajectory of made-up numbers goes out and comes back; h5py reads it by the layout that the header
-// states; damaged files end in a sentence.
+// A trajectory of arbitrary numbers is written and read back; h5py reads it by the layout in the header;
+// damaged files are refused with one sentence.
 #include "pipeline/export/trajectory_file.hpp"
 
 #include <gtest/gtest.h>
@@ -133,7 +133,7 @@ TEST_F(TrajectoryFile, Hdf5RoundTripsEveryNumber) {
   for (std::size_t i = 0; i < t.poses.size(); ++i) {
     EXPECT_EQ(r.poses[i].p, t.poses[i].p);
     EXPECT_LT((r.poses[i].R - t.poses[i].R).cwiseAbs().maxCoeff(),
-              4e-15);  // a quaternion's roundings, there and back
+              4e-15);  // rounding of quaternions, both ways
   }
   EXPECT_EQ(r.gravity_centre, t.gravity_centre);
   EXPECT_EQ(r.linear_momentum, t.linear_momentum);
@@ -293,12 +293,12 @@ TEST_F(TrajectoryFile, TruncatedFilesAreRefusedInOneSentence) {
   }
 }
 
-// HDF5 1.10 crashes and hangs on some of these within its own process.
+// HDF5 1.10 itself crashes or hangs on some of these.
 TEST_F(TrajectoryFile, DamagedFilesAreRefusedWithoutACrashOrAHang) {
   ASSERT_TRUE(write_trajectory(made_up(5), "", path_));
   std::ifstream file(path_, std::ios::binary);
   const std::string sealed{std::istreambuf_iterator<char>(file), {}};
-  const std::string plain = sealed.substr(0, sealed.size() - 81);  // as of a program that leaves no digest
+  const std::string plain = sealed.substr(0, sealed.size() - 81);  // as from a program that writes no digest
   std::mt19937 random(1);
   const auto mutate = [&](std::string bytes) {
     for (int n = 1 + static_cast<int>(random() % 8); n > 0; --n) {
@@ -313,7 +313,7 @@ TEST_F(TrajectoryFile, DamagedFilesAreRefusedWithoutACrashOrAHang) {
         case 2:
           bytes[at] = random() % 2 ? '\xff' : '\0';
           break;
-        default:  // part of it elsewhere
+        default:  // moves a part of it elsewhere
           const std::size_t count = std::min<std::size_t>(random() % 64, bytes.size() - at);
           bytes.replace(at, count, bytes.substr(random() % (bytes.size() - count), count));
       }
@@ -338,7 +338,7 @@ TEST_F(TrajectoryFile, DamagedFilesAreRefusedWithoutACrashOrAHang) {
   int refused = 0;
   for (int n = 0; n < 400; ++n) refused += !read(mutate(plain));
   EXPECT_GT(refused, 20);
-  EXPECT_LT(refused, 400);  // a number that is another is nobody's fault
+  EXPECT_LT(refused, 400);  // a changed number is not always detectable
 }
 
 TEST_F(TrajectoryFile, FileThatHangsHdf5IsRefusedAtOnce) {

@@ -1,5 +1,5 @@
-// What coarser voxels, grids and other curves cost a table: against tables made here, and what is known of
-// means.
+// Errors of tables by coarser voxels, coarser grids and other density curves: against tables made here and
+// properties of means.
 #include "pipeline/charts/volume_economy.hpp"
 
 #include <fmt/format.h>
@@ -22,10 +22,10 @@ TEST(VolumeEconomy, CoarserVoxelsKeepSumAndPosition) {
   fine.voxels.assign(fine.grid.count(), 0);
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   double sum = 0;
-  for (std::int64_t k = 0; k < 4; ++k)  // (a fifth layer falls away)
+  for (std::int64_t k = 0; k < 4; ++k)  // the fifth layer is dropped
     for (std::int64_t j = 0; j < 6; ++j)
       for (std::int64_t i = 0; i < 8; ++i) {
-        // a multiple of the block's voxels, so that nothing is rounded
+        // multiples of the block's number of voxels, so that means are exact
         const int value = int(12 * ((i / 2 + 3 * (j / 3) + 5 * (k / 2)) % 7));
         fine.at(i, j, k) = std::int16_t(value);
         sum += value;
@@ -61,7 +61,7 @@ TEST(VolumeEconomy, TriesDifferentCoarserVoxels) {
 TEST(VolumeEconomy, ErrorsEqualThoseOfSeparateTables) {
   GridOptions grid;
   grid.spacing.setConstant(4);
-  PhantomOptions body;  // a small one, for the time that it takes
+  PhantomOptions body;  // small, to save time
   body.child = true;
   const Phantom phantom = build_phantom(body).value();
   const GreyVolume scan = voxelise(phantom, phantom_grid(phantom, grid), {}).grey;
@@ -111,7 +111,7 @@ TEST(VolumeEconomy, ErrorsEqualThoseOfSeparateTables) {
   EXPECT_EQ(voxels, int(coarser_voxels(scan.grid).size()) + 1);
   EXPECT_GT(curves, 2);
   EXPECT_EQ(e.trials.front().worst(0), 0);
-  // a pick keeps what was asked for
+  // a pick meets the request
   const VolumeTrial* pick = e.pick(VolumeTrial::Of::work_grid, 2);
   ASSERT_NE(pick, nullptr);
   EXPECT_LE(pick->worst(2), 0.05);
@@ -141,7 +141,7 @@ TEST(VolumeEconomy, PicksNothingBelowTheReferencesOwnError) {
       .tolerance = 0.01,
       .trials = {trial(Of::work_grid, 3, 0), trial(Of::voxels, 4, 0), trial(Of::work_grid, 4.5, 0.001),
                  trial(Of::work_grid, 3.5, 0.02), trial(Of::voxels, 8, 0.002)}};
-  EXPECT_EQ(e.doubt(0), 0.02);  // of 3 and 3.5 mm, not of the luckier 4.5
+  EXPECT_EQ(e.doubt(0), 0.02);  // from 3 and 3.5 mm, not from 4.5 mm, which is accidentally smaller
   for (const auto& [of, finest] : {std::pair(Of::voxels, 4.), std::pair(Of::work_grid, 3.)}) {
     ASSERT_NE(e.pick(of, 0), nullptr);
     EXPECT_EQ(e.pick(of, 0)->size, finest);

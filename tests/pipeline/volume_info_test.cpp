@@ -1,4 +1,4 @@
-// `borelli info` on volumes: what the program itself says of files whose contents are known.
+// `borelli info` on volumes with known contents.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -42,14 +42,14 @@ TEST_F(VolumeInfo, DescribesGridAndLabels) {
   EXPECT_NE(text.out.find("i runs to Right"), std::string::npos) << text.out;
 }
 
-// a grid is told also where the values' meaning is not
+// the grid is described even if the quantity is unknown
 TEST_F(VolumeInfo, DescribesTheGridWithoutAQuantity) {
   GreyVolume volume;
   volume.grid.size = {4, 4, 4};
   volume.voxels.assign(64, 1050);
   volume.quantity = Quantity::mr;
   ASSERT_TRUE(write_volume(file("a.mha"), volume));
-  // blank what our writer recorded, so that the file is anybody's
+  // erases our writer's fields, as in a file of another program
   std::FILE* f = std::fopen(file("a.mha").c_str(), "r+b");
   std::string start(200, ' ');
   ASSERT_EQ(std::fread(start.data(), 1, start.size(), f), start.size());

@@ -73,7 +73,7 @@ TEST_F(WholeFile, FullDiskIsNamed) {
   const auto done = write_whole(folder / "file.txt", std::string(1 << 16, 'x'));
   ASSERT_FALSE(done);
   EXPECT_NE(done.error().what.find("No space left on device"), std::string::npos);
-  EXPECT_EQ(done.error().where, folder / "file.txt");  // not the hidden file's name
+  EXPECT_EQ(done.error().where, folder / "file.txt");  // not the temporary file's name
   EXPECT_EQ(files(), 0u);
 }
 
@@ -106,7 +106,7 @@ TEST_F(WholeFile, RemovesItsPartialFilesAtTheEnd) {
   waitpid(writer, &status, 0);
   EXPECT_TRUE(WIFEXITED(status));
   EXPECT_EQ(WEXITSTATUS(status), 0);
-  EXPECT_EQ(files(), 1u);  // the other process's
+  EXPECT_EQ(files(), 1u);  // the other process's file
   EXPECT_TRUE(fs::exists(folder / ".partial-0-another"));
 }
 
@@ -204,7 +204,7 @@ TEST_F(WholeFile, ChecksFoldersBeforeWriting) {
   EXPECT_TRUE(check_writable("file.txt"));
   EXPECT_EQ(check_writable(folder / "sub").error().kind, Error::Kind::use);
   EXPECT_NE(check_writable(folder / "file" / "x").error().what.find("is not a folder"), std::string::npos);
-  EXPECT_FALSE(fs::exists(folder / "sub" / "new"));  // asking makes nothing
+  EXPECT_FALSE(fs::exists(folder / "sub" / "new"));  // the check creates nothing
   fs::permissions(folder / "sub", fs::perms::owner_read | fs::perms::owner_exec);
   if (::geteuid() != 0) {  // root may write everywhere
     EXPECT_NE(check_writable(folder / "sub" / "x").error().what.find("Permission denied"), std::string::npos);

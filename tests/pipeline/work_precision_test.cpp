@@ -1,4 +1,4 @@
-// The chart of cost against error: its errors against closed forms, its front against its definition.
+// The chart of cost against error: errors against closed forms, the front against its definition.
 #include "pipeline/charts/work_precision_page.hpp"
 
 #include <fmt/format.h>
@@ -19,7 +19,7 @@
 namespace borelli::work_precision_test {
 namespace {
 
-// A mass of 1 kg on a spring of 4 N/m, let go 1 m from its rest, without weight: x = cos 2t.
+// 1 kg on a spring of 4 N/m without gravity, released 1 m from rest: x = cos 2t.
 Scene oscillator() {
   Scene scene;
   scene.name = "oscillator";
@@ -39,7 +39,7 @@ Scene oscillator() {
   return scene;
 }
 
-/// By these methods, joint by joint, each run once; at most so many seconds of a run.
+/// Settings with these methods, each run once, with at most `budget` seconds per run.
 WorkPrecisionSettings measured_once(std::vector<std::string> methods,
                                     double budget = WorkPrecisionSettings{}.budget) {
   WorkPrecisionSettings out;
@@ -56,7 +56,7 @@ double largest_error(const Scene& scene, const WorkPrecisionPoint& p, const std:
   SimulationSettings how = scene.simulation;
   how.method = method;
   how.step = p.setting;
-  // steps over several outputs are looked at where they end
+  // steps over several outputs are compared at their ends
   how.output_interval = std::max(how.end_time / outputs, p.setting);
   const Trajectory t = simulate(system, system.initial, how).value();
   double largest = 0;
@@ -71,14 +71,14 @@ TEST(WorkPrecision, ErrorsMatchTheClosedForm) {
   ASSERT_TRUE(chart.reference.found);
   EXPECT_LT(chart.reference.position, 1e-11);
   EXPECT_DOUBLE_EQ(chart.reference.horizon, 5);
-  ASSERT_EQ(chart.variants.size(), 2u);  // no constraints: one way to keep them
+  ASSERT_EQ(chart.variants.size(), 2u);  // without constraints there is one treatment
   std::vector<double> of_rk4;
   for (const WorkPrecisionPoint& p : chart.points) {
     ASSERT_TRUE(p.finished) << p.reason;
     EXPECT_NEAR(p.errors.position,
                 largest_error(scene, p, chart.variants[p.variant].method, WorkPrecisionSettings{}.outputs),
                 10 * chart.reference.position + 1e-14);
-    EXPECT_EQ(p.errors.orientation, 0);  // it only slides
+    EXPECT_EQ(p.errors.orientation, 0);  // no rotation
     if (p.variant == 0) of_rk4.push_back(p.errors.position);
   }
   ASSERT_GE(of_rk4.size(), 6u);
@@ -86,7 +86,7 @@ TEST(WorkPrecision, ErrorsMatchTheClosedForm) {
   EXPECT_DOUBLE_EQ(chart.points[0].setting, 4 * 0.25);  // the coarsest: over four outputs
 }
 
-// The closed form itself as the reference, by a file that a user writes.
+// The closed form as a reference file written by a user.
 TEST(WorkPrecision, AcceptsAGivenReference) {
   const TestFolder folder;
   const Scene scene = oscillator();
@@ -97,7 +97,7 @@ TEST(WorkPrecision, AcceptsAGivenReference) {
       solid);
   std::string late = text;
   for (int i = 0; i <= 40; ++i) {
-    const double t = 0.125 * i;  // (every second row is an output's)
+    const double t = 0.125 * i;  // every second row is an output
     const std::string row = fmt::format("{:.17g},-,{:.17g},0,0,1,0,0,0\n", t, std::cos(2 * t));
     text += row;
     if (i != 20) late += row;
@@ -130,7 +130,7 @@ TEST(WorkPrecision, AcceptsAGivenReference) {
   EXPECT_NE(without(text + "6,-,1,0,0,1,1,0,0\n", {solid}).find("not of unit length"), std::string::npos);
   EXPECT_NE(without(text + "5,-,1,0,0,1,0,0,0\n", {solid}).find("times do not increase"), std::string::npos);
 
-  // as a user would: simulate's own table, good to some 1e-10
+  // as a user would: a table from `simulate`, exact to about 1e-10
   const std::string sample = test::source_folder() + "/samples/pendulum.toml", out = folder / "run.csv";
   ASSERT_EQ(
       run_program("simulate " + sample + " --accuracy 1e-9 --end 1 --output-interval 0.05 -o " + out).code,
@@ -163,10 +163,10 @@ TEST(WorkPrecision, RunsDuplicatesOnceAndRefusesATinyBudget) {
   EXPECT_NE(refused.err.find("--budget"), std::string::npos) << refused.err;
 }
 
-// What a broken-off chart left is of the reference that it had, not of its file's name.
+// The runs kept by a stopped chart belong to its reference's contents, not to that file's name.
 TEST(WorkPrecision, SaysWhatIsKeptWhenStopped) {
   const TestFolder folder;
-  // dop853 is through at once; euler's ladder goes on for minutes
+  // dop853 ends at once; euler's ladder takes minutes
   const std::string command = "chart " + test::source_folder() +
                               "/samples/pendulum.toml --methods dop853,euler --equations recursive --end 20 "
                               "--budget 100 --repeats 1 -o " +
@@ -201,12 +201,12 @@ TEST(WorkPrecision, AnotherReferenceOrADamagedFileStartsAgain) {
     chart_into("broken", fmt::format("timeout -s KILL {:.1f}", 0.1 * tenths));
   }
   ASSERT_TRUE(std::filesystem::exists(partial));
-  // another motion by the same name: let go a degree lower
+  // another motion under the same name: released a degree lower
   std::string lower = read_input_file(sample).value();
   lower.replace(lower.find("value_deg = 90"), 14, "value_deg = 89");
   ASSERT_EQ(refer_to(folder.write("lower.toml", lower)), 0);
   ASSERT_EQ(chart_into("broken"), 0);
-  // no run is nearer to that than its first place
+  // all runs differ from it by at least the start's difference
   std::istringstream lines(read_input_file(folder / "broken/chart.csv").value());
   int runs = 0;
   for (std::string line; std::getline(lines, line);) {
@@ -221,14 +221,14 @@ TEST(WorkPrecision, AnotherReferenceOrADamagedFileStartsAgain) {
     ++runs;
   }
   EXPECT_GT(runs, 20);
-  // valid JSON that no chart wrote
+  // valid JSON, but not from a chart
   for (const char* spoilt : {"[1,2]", "{\"asked\":3}", "{}", "3", "{\"asked\":"}) {
     folder.write("broken/chart.partial.json", spoilt);
     EXPECT_EQ(chart_into("broken"), 0) << spoilt;
   }
 }
 
-// The same oscillator by another program: its closed form, off by its step squared.
+// The same oscillator by a fictitious program: its closed form plus an error of its step squared.
 TEST(WorkPrecision, MeasuresOtherProgramsByTheSameErrors) {
   const OtherMethod other{"Other exact", false,
                           [](double step, const std::vector<double>& times,
@@ -256,8 +256,8 @@ TEST(WorkPrecision, MeasuresOtherProgramsByTheSameErrors) {
     EXPECT_EQ(p.errors.orientation, 0);
     EXPECT_EQ(p.seconds, 1e-3 / p.setting);
   }
-  EXPECT_GE(count, 6u);  // 1 s, which failed, to 0.02 s, which took the time allowed
-  // ours alone are recommended; each front is of its own
+  EXPECT_GE(count, 6u);  // from 1 s, which failed, to 0.02 s, which used up the budget
+  // only our methods are recommended; each program has its own front
   for (const auto& [digits, p] : recommendations(chart)) EXPECT_EQ(p->variant, 0u);
   const auto rows = front_against_front(chart);
   ASSERT_EQ(rows.size(), 10u);
@@ -273,9 +273,9 @@ TEST(WorkPrecision, MissingImpactsCountAsErrors) {
   const std::vector<double> reference{1, 2, 3};
   EXPECT_DOUBLE_EQ(impact_time_error({1, 2.25, 3}, reference, 0, 5), 0.25);
   EXPECT_DOUBLE_EQ(impact_time_error({1, 2}, reference, 0, 5), 1);            // the third is missed
-  EXPECT_DOUBLE_EQ(impact_time_error({1, 2, 3, 4.5}, reference, 0, 5), 1.5);  // a fourth that never was
+  EXPECT_DOUBLE_EQ(impact_time_error({1, 2, 3, 4.5}, reference, 0, 5), 1.5);  // a fourth that does not exist
   EXPECT_DOUBLE_EQ(impact_time_error({}, reference, 0.5, 5), 2.5);
-  // beyond the end nothing counts, but a fellow may stand there
+  // impacts beyond the end do not count, but may match one before it
   EXPECT_DOUBLE_EQ(impact_time_error({1, 2.25, 3}, reference, 0, 2), 0.25);
   EXPECT_DOUBLE_EQ(impact_time_error({1, 2, 4.5}, reference, 0, 2), 0);
   EXPECT_TRUE(std::isnan(impact_time_error({}, {}, 0, 5)));
@@ -286,7 +286,7 @@ TEST(WorkPrecision, ErrorsAndEvaluationsAreReproducible) {
   WorkPrecisionSettings settings;
   settings.methods = {"dop853", "gbs"};
   settings.repeats = 1;
-  settings.budget = 10;  // no ladder ends for want of time
+  settings.budget = 10;  // no ladder ends by the budget
   const WorkPrecision a = work_precision(scene, settings).value(),
                       b = work_precision(scene, settings).value();
   ASSERT_EQ(a.points.size(), b.points.size());
@@ -314,7 +314,7 @@ TEST(WorkPrecision, FinerLaddersContainTheCoarseTolerances) {
       if (point.variant == method) points.push_back(point);
     return points;
   };
-  for (const std::size_t method : {0, 1}) {  // of tolerances twice as many, of steps the same
+  for (const std::size_t method : {0, 1}) {  // twice as many tolerances, equally many steps
     const auto few = of(coarse, method), many = of(fine, method);
     const std::size_t times = method == 0 ? 2 : 1, rungs = method == 0 ? 10 : 5;
     ASSERT_GE(few.size(), rungs);
@@ -351,15 +351,15 @@ TEST(WorkPrecision, FrontContainsUndominatedRuns) {
   const auto front = pareto_front(
       chart, [](const auto& p) { return p.seconds; }, [](const auto& p) { return p.errors.position; },
       reference_floor(chart));
-  // the third is beaten by the second; the fifth is finer than its reference, and the cheapest of such; the
-  // sixth is not trusted
+  // the second beats the third; the fifth is the cheapest that is finer than the reference; the sixth is not
+  // trusted
   ASSERT_EQ(front.size(), 4u);
   EXPECT_EQ(front[3], &chart.points[4]);
   EXPECT_EQ(front[0], &chart.points[0]);
   EXPECT_EQ(front[1], &chart.points[1]);
   EXPECT_EQ(front[2], &chart.points[3]);
   const auto take = recommendations(chart);
-  ASSERT_EQ(take.size(), 9u);  // what is finer than its reference is good to 1e-9, ten times that one's error
+  ASSERT_EQ(take.size(), 9u);                  // a run finer than the reference counts as 1e-9
   EXPECT_EQ(take[0].point, &chart.points[0]);  // 1e-1, 1e-2
   EXPECT_EQ(take[1].point, &chart.points[0]);
   EXPECT_EQ(take[2].point, &chart.points[1]);  // 1e-3, 1e-4
@@ -374,7 +374,7 @@ TEST(WorkPrecision, ComparesNothingBeyondChaos) {
   ASSERT_TRUE(chart.reference.found);
   EXPECT_LT(chart.reference.horizon, 40);
   EXPECT_NE(chart.reference.words.find("as in chaos"), std::string::npos) << chart.reference.words;
-  // up to there the fine runs agree with the reference
+  // up to the horizon, fine runs agree with the reference
   double best = 1;
   for (const WorkPrecisionPoint& p : chart.points) best = std::min(best, p.errors.position);
   EXPECT_LT(best, 1e-6);
@@ -383,7 +383,7 @@ TEST(WorkPrecision, ComparesNothingBeyondChaos) {
 TEST(WorkPrecision, EarlyDivergenceMovesTheOutputs) {
   Scene scene = read_scene(test::source_folder() + "/samples/pendulum_5.toml").value();
   WorkPrecisionSettings settings = measured_once({"dop853"});
-  for (const double end : {200., 600.}) {  // one output or two are left, and not even the first
+  for (const double end : {200., 600.}) {  // one or two outputs remain, or none
     scene.simulation.end_time = end;
     settings.outputs = 10, settings.budget = 0.05;
     const WorkPrecision chart = work_precision(scene, settings).value();
@@ -392,13 +392,13 @@ TEST(WorkPrecision, EarlyDivergenceMovesTheOutputs) {
         << chart.reference.words;
     EXPECT_LT(chart.reference.horizon, 60);
     EXPECT_NEAR(chart.duration, chart.reference.horizon, 1e-9);
-    // a run's steps are as long as the time between outputs, and all outputs are compared
+    // steps are as long as the time between outputs, and all outputs are compared
     EXPECT_TRUE(fastest_within(chart, 1e-3)) << chart.reference.words;
   }
 }
 
-// A swing for a thousand periods: what two methods differ by grows as the square of time, which is no chaos,
-// and over all of it errors that are larger are judged.
+// A swing for a thousand periods: the difference of two methods grows as the square of time, which is not
+// chaos, so the whole motion is compared.
 TEST(WorkPrecision, LongSwingIsNotChaos) {
   Scene scene = read_scene(test::source_folder() + "/samples/pendulum.toml").value();
   scene.simulation.end_time = 3000;
@@ -409,8 +409,8 @@ TEST(WorkPrecision, LongSwingIsNotChaos) {
   EXPECT_TRUE(fastest_within(chart, 1e-3));
 }
 
-// Near the separatrix each turn of the plate multiplies what two runs differ by: 5e-6 after 10 s. Half of
-// that time leaves all accuracies down to 1e-7 to be judged.
+// Near the separatrix each turn of the plate multiplies the difference of two runs, to 5e-6 after 10 s. Over
+// half of that time, accuracies down to 1e-7 can be judged.
 TEST(WorkPrecision, GrowingDivergenceShortensTheComparison) {
   const Scene scene = read_scene(test::source_folder() + "/samples/spinning_plate.toml").value();
   const WorkPrecision chart = work_precision(scene, measured_once({"dop853"})).value();
@@ -421,8 +421,8 @@ TEST(WorkPrecision, GrowingDivergenceShortensTheComparison) {
   EXPECT_TRUE(fastest_within(chart, 1e-6));
 }
 
-// Springs of 3e8 N m/rad with dampers of 5e6: no explicit method comes through. The angle that the stiff one
-// gives way by is bounded by what pulls at it, over its stiffness.
+// Springs of 3e8 N m/rad with dampers of 5e6: no explicit method succeeds. The stiff spring's angle is
+// bounded by its load over its stiffness.
 TEST(WorkPrecision, StiffSceneHasAnImplicitReference) {
   const Scene scene = parse_scene(R"(name = "very stiff arm"
 gravity = [0, 0, -9.81]
@@ -456,7 +456,7 @@ rest = 0.1
   EXPECT_NE(chart.reference.runs[0].find("cvode"), std::string::npos);
   EXPECT_NEAR(chart.reference.horizon, 2, 1e-9);
   EXPECT_TRUE(fastest_within(chart, 1e-6));
-  // the same scene by a rigid joint, whose motion is a pendulum's; the spring gives way by less than 1e-7
+  // the same scene with a rigid joint moves as a pendulum; the spring yields by less than 1e-7
   Scene rigid = scene;
   rigid.efforts.clear();
   rigid.solids[0].switches[0].motion = Locked{};
@@ -503,7 +503,7 @@ TEST(WorkPrecision, PageAtRestExplainsMissingDrawings) {
   EXPECT_TRUE(why_no_drawing(work_precision(oscillator(), settings).value()).empty());
 }
 
-// Given to be good to 1e-12, but 0.1 m off; our own two methods know better.
+// A reference said to be exact to 1e-12 but 0.1 m off; two of our methods contradict it.
 TEST(WorkPrecision, ContradictsAWrongReference) {
   const Scene scene = oscillator();
   WorkPrecisionSettings settings = measured_once({"rk4"}, 0.02);
@@ -522,7 +522,7 @@ TEST(WorkPrecision, ContradictsAWrongReference) {
 }
 
 // A ball that falls from 1 m and rebounds with half its speed: times of impacts, momentum between them and
-// energy in closed form. Methods are compared by these, with a given reference, too.
+// energy in closed form. Methods are judged by these, also with a given reference.
 TEST(WorkPrecision, JudgesContactScenesByContactLaws) {
   const Scene scene = read_scene(test::source_folder() + "/samples/bouncing_ball.toml").value();
   WorkPrecisionSettings settings = measured_once({"dop853", "moreau"}, 0.05);
@@ -535,7 +535,7 @@ TEST(WorkPrecision, JudgesContactScenesByContactLaws) {
     const double error = judged_error(chart, p);
     for (const double part : {p.errors.impacts / chart.duration, p.errors.momentum, p.errors.energy})
       EXPECT_TRUE(std::isnan(part) || error >= part);
-    // a method that realises contacts within its steps does not tell when bodies hit
+    // time stepping does not locate impacts
     EXPECT_EQ(std::isnan(p.errors.impacts), chart.variants[p.variant].method == "moreau");
     ++judged;
   }
@@ -545,7 +545,7 @@ TEST(WorkPrecision, JudgesContactScenesByContactLaws) {
   EXPECT_EQ(plots[0].second.curves[0].name, "front of trusted runs");
   ASSERT_FALSE(recommendations(chart).empty());
 
-  // poses of a run as a user's reference: impacts and momentum are told all the same
+  // poses of a run as a user's reference: impacts and momentum are still judged
   const System system = compile(scene).value();
   SimulationSettings how = scene.simulation;
   how.method = "dop853";
@@ -565,7 +565,7 @@ TEST(WorkPrecision, NamesRunsOnTheFront) {
   chart.scene = "x";
   chart.reference.found = true;
   for (int i = 0; i < 30; ++i) chart.variants.push_back({"m" + std::to_string(i)});
-  for (int i = 0; i < 30; ++i) {  // the last twelve are on the front, the others ever farther
+  for (int i = 0; i < 30; ++i) {  // the last twelve are on the front, the others farther and farther away
     WorkPrecisionPoint p = made(i < 18 ? 100 + i : i, i < 18 ? 1e-2 : std::pow(10., -0.5 * (i - 16)));
     p.variant = std::size_t(i);
     chart.points.push_back(p);
@@ -598,7 +598,7 @@ TEST(WorkPrecision, ListsFailedRunsWithTheirReason) {
   EXPECT_NE(page.find("Painlev"), std::string::npos);
 }
 
-// Runs by rk4 with steps of a second grow beyond bounds: they stand at the edge of all drawings of it.
+// Runs by rk4 with steps of 1 s diverge: drawings show them at the edge.
 TEST(WorkPrecision, FailedRunsCountTheirCost) {
   const Scene scene = read_scene(test::source_folder() + "/samples/double_pendulum.toml").value();
   const WorkPrecision chart = work_precision(scene, measured_once({"dop853", "rk4"}, 0.1)).value();
@@ -621,7 +621,7 @@ TEST(WorkPrecision, DoesNotRepeatKnownRuns) {
   WorkPrecisionSettings settings = measured_once({"rk4", "dop853"}, 0.02);
   WorkPrecisionObserver observer;
   observer.known = {made(7, 1e-3)};
-  observer.known[0].setting = 1;  // the coarsest step: four of twenty outputs over 5 s
+  observer.known[0].setting = 1;  // the coarsest step spans four of twenty outputs in 5 s
   std::size_t ends = 0;
   observer.ladder_ends = [&](const auto& points) {
     ++ends;
@@ -635,8 +635,8 @@ TEST(WorkPrecision, DoesNotRepeatKnownRuns) {
   EXPECT_GT(chart.points.size(), 5u);
 }
 
-// Coarse charts hold the coarsest runs of every method, in the order of the whole chart, and no long run but
-// the last of a ladder.
+// Coarse charts hold the coarsest runs of every method in the order of the whole chart; only the last run of
+// a ladder may be long.
 TEST(WorkPrecision, CoarseChartsOfAllMethodsComeFirst) {
   const WorkPrecisionSettings settings = measured_once({"rk4", "dop853", "gauss4"}, 0.05);
   std::vector<WorkPrecision> coarse;

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes pairs of a CT and TotalSegmentator's labels out of the ICRP 110 bodies, right and wrong ones; for class_fit_test.cpp.
+"""Makes matching and wrong pairs of a CT and TotalSegmentator's labels from the ICRP 110 bodies, for class_fit_test.cpp.
 
 write_pairs.py VOLUMES SEED FOLDER
 VOLUMES holds icrp_am and icrp_af. Writes FOLDER/ct.nii and FOLDER/labels.nii (numbers of task "total", version 2) and prints what the

@@ -1,5 +1,5 @@
-// Bodies of the phantom and of the ICRP's male written as MJCF, URDF and OpenSim models: MuJoCo and our reader make
-// the same mechanics of them.
+// Bodies of the phantom and of the ICRP's male written as MJCF, URDF and OpenSim models: MuJoCo and our
+// reader give the same mechanics.
 #include <gtest/gtest.h>
 
 #include <fmt/ranges.h>
@@ -28,7 +28,7 @@ Scene phantom_body() {
   return still_body(exact_parts(phantom), phantom.landmarks);
 }
 
-// The ICRP's reference male (publication 110) of its CT numbers.
+// The body from the CT numbers of the ICRP's reference male (publication 110).
 Scene icrp_body(const std::string& file) {
   const ScannedVolume scan = need(read_volume(file, {FileQuantity::hu, {}}));
   const Segmentation found = need(segment(scan.volume, {5, 0}));  // work grid of 5 mm
@@ -40,7 +40,7 @@ Scene icrp_body(const std::string& file) {
   return still_body(movable_parts(table, ignored), found.landmarks);
 }
 
-// The body's joints have no springs, so that balls count from their starts.
+// The body's joints have no springs, so balls are measured from their starts.
 BallFrames ball_frames(const Scene& body) {
   BallFrames out;
   for (const Solid& solid : body.solids)
@@ -111,8 +111,8 @@ void expect_alike_in_urdf(const Scene& body) {
   EXPECT_LT(d.acceleration, 1e-10);
 }
 
-// The OpenSim model by our reader, in terms of three angles a ball, against MuJoCo's reading of the MJCF, which
-// has the balls: A' = J^T A J, (Q - B)' = J^T (Q - B - A J' v'), J a' = a - J' v'.
+// The OpenSim model by our reader, in terms of three angles a ball, against MuJoCo's reading of the MJCF,
+// which has the balls: A' = J^T A J, (Q - B)' = J^T (Q - B - A J' v'), J a' = a - J' v'.
 void expect_alike_in_osim(const Scene& body) {
   const Folder folder;
   const System before = compiled(body),
@@ -162,9 +162,9 @@ TEST(WrittenBody, OfTheIcrpMaleHasTheSameMechanicsInEachFormat) {
 }
 #endif
 
-// The links' places, masses and centres at zero, from the scene's switches alone: what URDF holds whatever its
-// joints are.
-TEST(WrittenBody, StandsAlikeInUrdf) {
+// The links' positions, masses and centres at zero, from the scene's switches alone, which URDF must match
+// for any joints.
+TEST(WrittenBody, HasTheSamePlacesAndMassesInUrdfAtZero) {
   Scene body = phantom_body();
   const WrittenModel written = need(write_urdf(body));
   const Folder folder;
@@ -176,7 +176,7 @@ TEST(WrittenBody, StandsAlikeInUrdf) {
   const Evaluation a = need(evaluate(before, before.initial)), b = need(evaluate(after, after.initial));
   EXPECT_NEAR(a.momenta.mass, b.momenta.mass, 1e-12 * a.momenta.mass);
   EXPECT_LT((a.momenta.centre - b.momenta.centre).norm(), 1e-13);
-  // at zero a ball's three hinges turn about its own axes: the matrices are the same
+  // at zero a ball's three hinges turn about its axes, so the matrices are equal
   Eigen::VectorXi at(before.nv);
   for (const CoordinateInfo& info : before.coordinates)
     for (int i = 0; i < info.v_size; ++i) {

@@ -13,7 +13,7 @@
 namespace borelli {
 namespace {
 
-// A child's answer to `work`, within 20 s and 256 MiB.
+// Runs `work` in a child process, within 20 s and 256 MiB, and returns its result.
 Result<void> tried(const std::function<Result<void>()>& work, double seconds = 20) {
   return in_child("a file", "unpacking it", {.seconds = seconds, .bytes = std::uint64_t{256} << 20}, work);
 }

@@ -1,4 +1,4 @@
-// What is opened as an input file, and what is not.
+// Files that are accepted and refused as input.
 #include "process/input_file.hpp"
 
 #include <gtest/gtest.h>
@@ -31,7 +31,7 @@ TEST_F(InputFile, GivesTheFilesBytes) {
   EXPECT_EQ(read_input_file(folder_ / "link").value(), bytes);
 }
 
-// each at once: nobody writes to the pipe, and the devices have no end
+// at once, although nobody writes to the pipe and the devices are endless
 TEST_F(InputFile, RefusesPipesDevicesFoldersAndLargeFiles) {
   ASSERT_EQ(mkfifo((folder_ / "pipe").c_str(), 0600), 0);
   fs::create_symlink("/dev/zero", folder_ / "zero");
@@ -45,7 +45,7 @@ TEST_F(InputFile, RefusesPipesDevicesFoldersAndLargeFiles) {
   EXPECT_EQ(refusal(folder_ / "none"), "no such file");
   EXPECT_EQ(refusal(folder_ / "fits"), "was read");
   EXPECT_NE(refusal(folder_ / "large").find("exceeds"), std::string::npos) << refusal(folder_ / "large");
-  // of no size that the system tells
+  // the system reports no size
   EXPECT_NE(refusal("/proc/self/status").find("exceeds"), std::string::npos);
 }
 

@@ -45,7 +45,7 @@ TEST(Memory, CountsMemoryInUse) {
   EXPECT_TRUE(admit_memory("", "as much", 120e6));
   const std::vector<char> used(std::size_t{100} << 20, 'x');
   EXPECT_FALSE(admit_memory("", "as much again", 120e6));
-  EXPECT_EQ(used.back(), 'x');  // or a compiler may leave it out
+  EXPECT_EQ(used.back(), 'x');  // keeps the compiler from removing it
   set_memory_limit(before);
 }
 

@@ -1,4 +1,4 @@
-// Programs fed through a pipe: what they get, how they end, what is said when they fail.
+// Programs fed through a pipe: their input, their end, and errors if they fail.
 #include "process/program_pipe.hpp"
 
 #include <gtest/gtest.h>
@@ -52,7 +52,7 @@ TEST_F(Pipe, RepeatsTheLastLineOfAProgramThatFails) {
   const std::vector<std::uint8_t> bytes(1 << 20);
   Result<void> written;
   for (int n = 0; n < 100 && written; ++n) written = program->write(bytes);
-  ASSERT_FALSE(written);  // and no SIGPIPE ended this test
+  ASSERT_FALSE(written);  // SIGPIPE did not end this test
   EXPECT_EQ(written.error().message(), "sh: stopped early: no room");
   auto other = ProgramPipe::start({"sh", "-c", "exit 1"});
   ASSERT_TRUE(other);

@@ -1,4 +1,4 @@
-"""Volume, segmentation, table and skeleton of the sample body against the program, to the bit; views; pandas."""
+"""Volume, segmentation, table and skeleton of the sample body equal the program's bit for bit; views; pandas."""
 import gc
 import json
 import pathlib
@@ -16,7 +16,7 @@ def address(array):
 
 
 class Body(unittest.TestCase):
-    """A small sample body at 8 mm, which costs little, segmented once by the program and once here."""
+    """A small sample body at 8 mm, to save time, segmented once by the program and once here."""
 
     @classmethod
     def setUpClass(cls):

@@ -1,4 +1,4 @@
-"""Scenes, equations, batches and motions against the program, to the bit; views, errors, threads."""
+"""Scenes, equations, batches and motions equal the program's bit for bit; views, errors, threads."""
 import gc
 import json
 import os
@@ -37,7 +37,7 @@ class Program(unittest.TestCase):
         return path
 
     def moved(self, system):
-        """A state away from the start; of balls only the velocities, as quaternions have unit length."""
+        """A state away from the start; balls change only their velocities, because quaternions have unit length."""
         state = system.state()
         for coordinate in system.coordinates:
             if coordinate["q_size"] == 1:
@@ -53,7 +53,7 @@ class Program(unittest.TestCase):
                 theirs = program.answer("evaluate", program.samples / f"{name}.toml", "--derivatives", "--state",
                                         self.state_file(state))
                 ours = system.evaluate(state)
-                # these scenes give their solids in the order of the tree, so both orders of coordinates are one
+                # these scenes list solids in tree order, so both orders of coordinates agree
                 self.assertEqual(theirs["coordinates"], ours.names)
                 for entry, key in [("acceleration",) * 2, ("mass_matrix",) * 2, ("bias",) * 2, ("multipliers",) * 2,
                                    ("generalized_efforts",) * 2, ("constraint_jacobian",) * 2,
@@ -113,7 +113,7 @@ class Equations(unittest.TestCase):
         state = self.system.state(q=[0.3, -0.4], v=[1, 2])
         wanted = np.array([0.7, -3])
         held = self.system.inverse_dynamics(state, wanted)
-        # rounding, in parts of the largest acceleration
+        # rounding, relative to the largest acceleration
         np.testing.assert_allclose(self.system.accelerations(state, held), wanted, rtol=0, atol=3 * 1e-13)
         np.testing.assert_array_equal(self.system.inverse_dynamics_derivatives(state, wanted).efforts, held)
 
@@ -257,7 +257,7 @@ class Threads(unittest.TestCase):
         done.set()
         thread.join()
         during = [t for t in ticks if began + 0.01 < t < ended - 0.01]
-        # with the lock held it could only run every 50 ms, when signals are looked for
+        # if the lock were held, it could run only every 50 ms, when signals are checked
         self.assertGreater(len(during), (ended - began) / 0.05 + 3)
 
     def test_a_callback_sees_each_step_and_stops_the_run(self):

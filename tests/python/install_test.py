@@ -1,4 +1,4 @@
-"""pip packs the module without a network, and what it installed works on its own."""
+"""pip builds the module without a network, and the installed module works alone."""
 import os
 import pathlib
 import shutil

@@ -1,4 +1,4 @@
-"""The borelli program, to compare with: its path is in BORELLI_PROGRAM, the sources' in BORELLI_SOURCE (set by CMake)."""
+"""Runs the borelli program, for comparison. CMake sets its path, BORELLI_PROGRAM, and the sources', BORELLI_SOURCE."""
 import json
 import os
 import pathlib

@@ -1,4 +1,4 @@
-"""The scripts of samples/python run, and pass mypy; the stubs tell what the module has."""
+"""The scripts of samples/python run and pass mypy; the stubs match the module."""
 import os
 import pathlib
 import subprocess

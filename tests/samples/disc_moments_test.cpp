@@ -64,8 +64,8 @@ TEST(DiscMoments, HandlesEmptyAndRepeatedCuts) {
   expect_near(moments({cut, cut, {cut.normal, 0.5}}), moments({cut}), rounding);
 }
 
-// Any cuts: against integration over y of what each line y = const keeps, by the midpoint rule. The rule's
-// error with n lines is of order n^-3/2 here (square roots at the ends): 1e-7 for 100 000 lines.
+// Random cuts against integration over y of the segments that remain on lines y = const, by the midpoint
+// rule. Its error with n lines is of order n^-3/2 here (square roots at the ends): 1e-7 for 100 000 lines.
 TEST(DiscMoments, AnyCutsMatchStripIntegration) {
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> uniform(-1, 1);

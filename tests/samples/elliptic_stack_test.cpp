@@ -12,8 +12,8 @@ namespace {
 using Eigen::Matrix3d, Eigen::Matrix4d, Eigen::Vector2d, Eigen::Vector3d;
 constexpr double pi = std::numbers::pi;
 
-// What EllipticStack promises of its moments, in parts of the solid's extent and box, with room for the
-// rounding of the move off the origin.
+// The accuracy that EllipticStack states for its moments, relative to the solid's extent and box, with a
+// margin for rounding off the origin.
 constexpr double quadrature = 1e-10;
 
 Matrix3d skewed() {
@@ -51,7 +51,7 @@ TEST(EllipticStack, CapsuleEqualsACylinderWithTwoHalfBalls) {
   const Shape found(capsule(from, from + l * along, r).moments());
   const double cylinder = pi * r * r * l, ball = 4 * pi / 3 * r * r * r;
   EXPECT_NEAR(found.volume / (cylinder + ball), 1, quadrature);
-  // along the axis: the half balls' centroids stand 3/8 r beyond the ends, 2/5 - 9/64 r^2 about them
+  // along the axis: the half balls' centroids lie 3/8 r beyond the ends, with (2/5 - 9/64) r^2 about them
   const double d = l / 2 + 3 * r / 8;
   const double axial = cylinder * l * l / 12 + ball * ((0.2 - 9. / 64) * r * r + d * d);
   EXPECT_NEAR(along.dot(found.covariance * along) * found.volume / axial, 1, quadrature);
@@ -67,7 +67,7 @@ TEST(EllipticStack, TruncatedEllipticCone) {
   const Shape found(cone(from, from + h * axes.col(2), {a0, b0}, {a1, b1}, axes.col(0)).moments());
   // integral of pi a b over the height, a and b linear
   EXPECT_NEAR(found.volume, pi * h * (a0 * b0 + a1 * b1 + (a0 * b1 + a1 * b0) / 2) / 3, 1e-9 * found.volume);
-  // a round one: its centroid stands at h (R^2 + 2 R r + 3 r^2) / 4 (R^2 + R r + r^2)
+  // a circular cone: its centroid lies at h (R^2 + 2 R r + 3 r^2) / 4 (R^2 + R r + r^2)
   const Shape round(cone(from, from + h * axes.col(2), {a0, a0}, {a1, a1}).moments());
   EXPECT_NEAR(axes.col(2).dot(round.centre - from),
               h * (a0 * a0 + 2 * a0 * a1 + 3 * a1 * a1) / (4 * (a0 * a0 + a0 * a1 + a1 * a1)), 1e-9 * h);
@@ -92,7 +92,7 @@ TEST(EllipticStack, EllipsoidCutByAPlane) {
     const double xx = pi / 4 * (8. / 15 - (d - 2 * d * d * d / 3 + std::pow(d, 5) / 5)) / volume;
     const Matrix3d covariance =
         stretch * (xx * Matrix3d::Identity() + (zz - xx) * u * u.transpose()) * stretch.transpose();
-    // what is left may be a thousandth of the ellipsoid, of which the promise is given
+    // the remainder may be a thousandth of the ellipsoid, to which the accuracy refers
     const double share = 4 / (volume + 1e-9);
     EXPECT_NEAR(found.volume / (volume * semi.prod()), 1, quadrature * share) << d;
     EXPECT_LT((found.centre - centre - stretch * (mean * u)).norm() / 80, quadrature * share) << d;
@@ -106,7 +106,7 @@ TEST(EllipticStack, TwoSidesOfACutAddUpToTheWhole) {
       {{-200, 0, 0, 40, 45}, {-120, 3, -2, 50, 52}, {-30, 0, 5, 44, 46}, {60, -4, 0, 60, 50}}, 30, 45);
   const Matrix4d whole = limb.moments();
   for (const double tilt : {0.0, 0.4, 1.2, pi / 2}) {
-    // from square to the axis to along it
+    // normals from perpendicular to parallel to the axis
     const Vector3d normal = skewed() * Vector3d(std::sin(tilt), 0, std::cos(tilt));
     const HalfSpace half{normal, normal.dot(limb.frame().point({4, 0, -60}))};
     const Matrix4d sum = limb.cut(half).moments() + limb.cut(half.other_side()).moments();
@@ -137,7 +137,7 @@ TEST(EllipticStack, HollowedMovedScaledAndMirrored) {
   EXPECT_FALSE(shell.moved(frame).holds(frame.point(beyond)));
 }
 
-// An ellipsoid's inside at a depth is what lies that far from its wall measured along the axes.
+// A shrunk stack lies inside the original at that depth, measured along the axes.
 TEST(EllipticStack, ShrunkStackLiesWithin) {
   const Shape found(ellipsoid({3, 4, 5}, {40, 50, 60}).shrunk(6).moments());
   EXPECT_NEAR(found.volume, 4 * pi / 3 * 34 * 44 * 54, 1e-9 * found.volume);
@@ -151,7 +151,7 @@ TEST(EllipticStack, ShrunkStackLiesWithin) {
   }
 }
 
-// The sections given are met, and nothing overshoots between them.
+// Sections match the given ones and do not overshoot between them.
 TEST(EllipticStack, SectionsAreMonotoneThroughTheirKnots) {
   const std::vector<Section> knots{
       {0, 0, 0, 40, 20}, {10, 0, 5, 40, 30}, {30, 0, 5, 70, 25}, {35, 0, 0, 60, 25}};

@@ -26,7 +26,7 @@ const Phantom& standing_male() {
   return phantom;
 }
 
-// Bodies at the ends of what the options allow.
+// Bodies at the limits of the options.
 std::vector<PhantomOptions> options_of_bodies() {
   const std::map<std::string, double> bent{
       {"shoulder_left_flexion", 60},  {"shoulder_right_abduction", 40}, {"elbow_left_flexion", 110},
@@ -50,7 +50,7 @@ const std::vector<Phantom>& bodies() {
   return all;
 }
 
-// Solids must be disjoint or nested, and each must lie in its parent: probed at random points of each.
+// Solids must be disjoint or nested, and each must lie in its parent; checked at random points of each.
 TEST(Phantom, SolidsAreDisjointOrNested) {
   std::mt19937_64 random(7);
   std::uniform_real_distribution<double> uniform(0, 1);
@@ -64,7 +64,7 @@ TEST(Phantom, SolidsAreDisjointOrNested) {
         const Vector3d point =
             shape.frame().point(shape.box_low() + u.cwiseProduct(shape.box_high() - shape.box_low()));
         if (!shape.holds(point)) continue;
-        // the solids that hold the point must be one line of descent
+        // the solids that contain the point must be one line of ancestors
         const int innermost = solid_at(phantom, point);
         bool line = false;
         for (int s = innermost; s >= 0; s = solids[static_cast<std::size_t>(s)].parent) {
@@ -80,7 +80,7 @@ TEST(Phantom, SolidsAreDisjointOrNested) {
   }
 }
 
-// Bodies whose limbs touch, or that are built otherwise than an adult.
+// Bodies whose limbs touch, or with unusual proportions.
 std::vector<PhantomOptions> options_of_hard_bodies() {
   std::vector<PhantomOptions> all{{.mass_kg = 121}, {.child = true}, {.metal_hip = "left"}};
   all.push_back({.pose_deg = {{"shoulder_left_abduction", 1}, {"shoulder_right_abduction", 2}}});
@@ -100,7 +100,7 @@ std::vector<PhantomOptions> options_of_hard_bodies() {
   return all;
 }
 
-// What a part shares with others, against counting a grid's points that two roots hold.
+// The overlap of a part with others, against the number of grid points inside two root solids.
 TEST(Phantom, OverlapIsTheShareWithinAnotherLimb) {
   PhantomOptions options;
   options.variation = 306;
@@ -131,7 +131,7 @@ TEST(Phantom, OverlapIsTheShareWithinAnotherLimb) {
   EXPECT_NEAR(phantom.overlap[hand], shared / all, 0.01);
 }
 
-// Nested solids lie in their parents there, too, and roots come one after the other with all that they hold.
+// Here too, nested solids lie in their parents, and each root is followed by its descendants.
 TEST(Phantom, HardBodiesAreNested) {
   std::mt19937_64 random(8);
   std::uniform_real_distribution<double> uniform(0, 1);
@@ -157,9 +157,9 @@ TEST(Phantom, HardBodiesAreNested) {
   }
 }
 
-// Where limbs touch, each place counts once: exact masses and volumes against those of a scan's voxels, whose
-// labels and CT numbers are painted solid by solid. On an oblique grid of 3 mm voxels count a hand's mass to
-// some 0.15 % rms (README: 0.06 % at 2 mm, falling as the square); five of these, since there are 96 numbers.
+// Where limbs touch, each point counts once: exact masses and volumes agree with a scan whose labels and CT
+// numbers are painted solid by solid. An oblique grid of 3 mm gives a hand's mass to about 0.15 % rms
+// (README: 0.06 % at 2 mm, error as the square); the limit is five times that, since there are 96 numbers.
 TEST(Phantom, TouchingLimbsAreCountedOnce) {
   const auto options = options_of_hard_bodies();
   for (std::size_t body = 0; body < 6; ++body) {
@@ -181,7 +181,7 @@ TEST(Phantom, TouchingLimbsAreCountedOnce) {
   }
 }
 
-// The same seed gives the same body, another one another; and no single scale makes one of the other.
+// The same seed gives the same body, another seed another one, and they differ by more than a scale.
 TEST(Phantom, VariationDrawsEachMeasureIndependently) {
   const Phantom one = built({.variation = 1}), again = built({.variation = 1}),
                 other = built({.variation = 2});
@@ -203,7 +203,7 @@ TEST(Phantom, VariationDrawsEachMeasureIndependently) {
   EXPECT_NE(length(one, "wrist_left", "hip_left"), length(one, "wrist_right", "hip_right"));
 }
 
-// Frames must be orthonormal: moments go through the axes, membership through their transpose.
+// Frames must be orthonormal, since moments use the axes and point membership their transpose.
 TEST(Phantom, FramesAreOrthonormal) {
   for (const Phantom& phantom : bodies())
     for (const PhantomSolid& solid : phantom.solids) {
@@ -218,7 +218,7 @@ TEST(Phantom, SegmentsAddUpToTheRequestedMass) {
     const Phantom phantom = built({.stature_m = 1.80, .mass_kg = mass});
     Inertial sum;
     for (const Inertial& part : phantom.exact) sum += part;
-    EXPECT_NEAR(phantom.whole.mass, mass, 1e-9 * mass);  // what build_phantom promises
+    EXPECT_NEAR(phantom.whole.mass, mass, 1e-9 * mass);  // as build_phantom states
     EXPECT_NEAR(sum.mass, phantom.whole.mass, 1e-12 * mass);
     EXPECT_LT((sum.centre - phantom.whole.centre).norm(), 1e-12);
     EXPECT_LT((sum.tensor - phantom.whole.tensor).norm(), 1e-11 * sum.tensor.norm());
@@ -230,7 +230,8 @@ TEST(Phantom, SegmentsAddUpToTheRequestedMass) {
 
 // ---- the exact table against the point-membership function
 
-// Integrates 1, p and p pT times density over a part by what holds each point, about a centre given.
+// Integrates density times 1, p and p p^T over a part, about a given centre, by the innermost solid at each
+// point.
 class Membership {
  public:
   Membership(const Phantom& phantom, int part) : phantom_(phantom), part_(part) {
@@ -282,9 +283,9 @@ class Membership {
   Vector3d low_ = Vector3d::Constant(1e30), high_ = Vector3d::Constant(-1e30);
 };
 
-// Each integral must agree within five of its own standard errors, estimated from 32 independent shifts of
-// the points (by chance one of the 160 numbers would miss in 1 of 300 runs; the seed is fixed). The error of
-// the mass must itself be small, or the comparison would say nothing.
+// Each integral must agree within five standard errors, estimated from 32 independent shifts of the points
+// (by chance one of the 160 numbers would fail in 1 of 300 runs; the seed is fixed). The mass's standard
+// error must be small, or the comparison would be meaningless.
 TEST(Phantom, ExactTableIntegratesTheInnermostSolids) {
   const Phantom& phantom = standing_male();
   std::mt19937_64 random(11);
@@ -329,8 +330,8 @@ double drop(const Phantom& phantom, const std::string& from, const std::string& 
 }
 
 // De Leva's mean lengths (his Table 4) do not add up to his mean stature with an ankle 6 cm high: the axial
-// ones are shortened alike, by 1.9 % in the male. Masses: the flesh was made to come within 0.1 points of his
-// shares.
+// ones are shortened equally, by 1.9 % in the male. The flesh is shaped so that mass shares agree within 0.1
+// percentage points.
 TEST(Phantom, HasDeLevasLengthsAndShares) {
   for (const Sex sex : {Sex::male, Sex::female}) {
     const Phantom phantom = built({.sex = sex});
@@ -374,7 +375,7 @@ TEST(Phantom, HasDeLevasLengthsAndShares) {
 TEST(Phantom, StatureScalesAllLengthsAlike) {
   const Phantom& usual = standing_male();
   const Phantom tall = built({.stature_m = 1.93, .mass_kg = usual.whole.mass * std::pow(1.93 / 1.741, 3)});
-  // the same girth, then: every length by s, every mass by s^3, every tensor by s^5
+  // at equal proportions, lengths scale by s, masses by s^3 and tensors by s^5
   const double s = 1.93 / 1.741;
   for (const auto& [name, landmark] : usual.landmarks) {
     EXPECT_LT((tall.landmarks.at(name).point - s * landmark.point).norm(), 1e-6) << name;
@@ -387,7 +388,7 @@ TEST(Phantom, StatureScalesAllLengthsAlike) {
   }
 }
 
-// Limbs only: the liver lies on the right.
+// Limbs only, because the liver lies on the right.
 TEST(Phantom, MirroredLimbsAreEqual) {
   const Phantom& phantom = standing_male();
   const Matrix3d mirror = Vector3d(-1, 1, 1).asDiagonal();
@@ -466,14 +467,14 @@ TEST(Phantom, BonyPointsLieOnTheirBones) {
       if (solid.name == "C7 spinous process") tip = std::max(tip, p.y());
     }
   }
-  // random points come within half a millimetre of a blunt end; the sternum's round tip is tilted, which
-  // takes its lowest point 0.3 mm below its end
+  // random points come within half a millimetre of a blunt end; the sternum's round tip is tilted, so its
+  // lowest point is 0.3 mm below its end
   EXPECT_NEAR(front, asis.y(), 0.5);
   EXPECT_NEAR(lowest, xiphion.z(), 0.5);
   EXPECT_NEAR(tip, phantom.landmarks.at("cervicale").point.y(), 1.0);
 }
 
-// Parts meet in the planes that cut_planes puts through the phantom's landmarks, and nowhere else.
+// Parts meet only in the planes of cut_planes at the phantom's landmarks.
 TEST(Phantom, PartsEndAtTheCutPlanes) {
   std::mt19937_64 random(13);
   std::uniform_real_distribution<double> uniform(0, 1);
@@ -501,7 +502,7 @@ TEST(Phantom, PartsEndAtTheCutPlanes) {
         }
       }
     }
-    for (std::size_t c = 0; c < cuts.size(); ++c) {  // among thousands of points some come near
+    for (std::size_t c = 0; c < cuts.size(); ++c) {  // some of thousands of points come near each plane
       EXPECT_LT(nearest_below[c], 5) << cuts[c].joint;
       EXPECT_LT(nearest_above[c], 5) << cuts[c].joint;
     }
@@ -512,16 +513,16 @@ Vector3d turned(const Vector3d& point, const Vector3d& centre, const Vector3d& a
   return centre + Eigen::AngleAxisd(deg * std::numbers::pi / 180, axis.normalized()) * (point - centre);
 }
 
-// A bent hinge turns all that is beyond it about the line through its epicondyles; flexing the knee takes the
-// ankle back, flexing the elbow takes the wrist forward.
+// A bent hinge turns everything beyond it about the line through its epicondyles. Knee flexion moves the
+// ankle back, elbow flexion moves the wrist forward.
 TEST(Phantom, PoseRotatesThePartsBeyondTheJoint) {
   const Phantom& straight = standing_male();
   const Phantom bent = built({.pose_deg = {{"knee_left_flexion", 50}, {"elbow_right_flexion", 70}}});
   const auto from = [&](const std::string& name) { return straight.landmarks.at(name).point; };
   const auto to = [&](const std::string& name) { return bent.landmarks.at(name).point; };
-  const double build = 1e-9;  // mm: nothing but rounding
+  const double build = 1e-9;  // mm: rounding
   for (const char* name : {"ankle_left", "heel_left", "toe_tip_left", "medial_malleolus_left"}) {
-    // the right-handed axis from the right to the left side of the body takes z to -y: backwards below
+    // a positive turn about the axis from right to left moves lower points backwards
     const Vector3d axis = from("knee_lateral_left") - from("knee_medial_left");
     EXPECT_LT((to(name) - turned(from(name), from("knee_left"), axis, 50)).norm(), build) << name;
   }
@@ -564,7 +565,7 @@ TEST(Phantom, RefusesImpossibleBodiesWithTheReason) {
   EXPECT_NE(message({.density_curve = "none"}).find("schneider2000"), std::string::npos);
 }
 
-// What a body of one stature can weigh does not depend on what was asked for, and both ends can be had.
+// The mass range for a stature does not depend on the requested mass, and both limits can be built.
 TEST(Phantom, MassRangeIsIndependentOfTheRequestedMass) {
   std::string told;
   double least = 0, most = 0;
@@ -580,7 +581,7 @@ TEST(Phantom, MassRangeIsIndependentOfTheRequestedMass) {
   }
   EXPECT_TRUE(build_phantom({.stature_m = 1.7, .mass_kg = least})) << told;
   EXPECT_TRUE(build_phantom({.stature_m = 1.7, .mass_kg = most})) << told;
-  // a little beyond (the ends are rounded to 0.1 kg)
+  // slightly beyond the limits, which are rounded to 0.1 kg
   EXPECT_FALSE(build_phantom({.stature_m = 1.7, .mass_kg = least - 0.3})) << told;
   EXPECT_FALSE(build_phantom({.stature_m = 1.7, .mass_kg = most + 0.3})) << told;
 }

@@ -20,7 +20,7 @@ const Phantom& standing_male() {
   return phantom;
 }
 
-// The solids of one part alone, so that a small grid holds them.
+// The solids of one part, for a small grid.
 Phantom only(const Phantom& phantom, int part) {
   Phantom result = phantom;
   result.solids.clear();
@@ -76,12 +76,11 @@ Errors errors_over_grids(int part, double spacing, int grids, bool turned) {
   return {std::sqrt(sum.mass / grids), std::sqrt(sum.centre / grids), std::sqrt(sum.tensor / grids)};
 }
 
-// What a segment's table must hold (issue 2): at 2 mm, with the phantom's own labels, over 20 random offsets
-// and rotations, rms errors of at most 0.1 % of the mass, 0.2 mm of the centre, 0.3 % of the tensor's largest
-// entry; and they fall as h^2: the error of counting points in a smooth body on a randomly placed grid is of
-// order h^2 (Kendall 1948). The slope is that of the geometric mean over the sixteen parts from 4 to 2 mm;
-// its own standard error is about 0.1 (20 grids give an rms to 16 %, sixteen parts their mean to 4 %, at each
-// end).
+// Required accuracy of a segment's table (issue 2) at 2 mm with the phantom's labels, over 20 random offsets
+// and rotations: rms errors of at most 0.1 % of the mass, 0.2 mm of the centre and 0.3 % of the tensor's
+// largest entry. Errors fall as h^2, the order for counting points of a smooth body on a randomly placed grid
+// (Kendall 1948). The slope is that of the geometric mean over sixteen parts from 4 to 2 mm; its standard
+// error is about 0.1 (20 grids give an rms to 16 %, the mean of sixteen parts is good to 4 % at each end).
 TEST(PhantomVoxels, TableFromLabelsConvergesWithTheSquareOfSpacing) {
   std::array<Eigen::Array3d, 3> mean{};
   for (Eigen::Array3d& m : mean) m.setZero();
@@ -106,9 +105,9 @@ TEST(PhantomVoxels, TableFromLabelsConvergesWithTheSquareOfSpacing) {
   for (int n = 0; n < 3; ++n) EXPECT_NEAR(slope[n], 2, 0.35);
 }
 
-// On grids along the body's axes the trunk's flat cuts are met by whole layers of voxels or by none: the
-// error is that of the layer, h / sqrt(12) rms at each of its two ends if the ends' offsets were independent
-// (they are not: the length is fixed, so the rms is at most h/2 of the length). Reported, not small.
+// On grids along the body's axes, the trunk's flat cuts gain or lose whole layers of voxels. If the ends'
+// offsets were independent, the rms error would be h / sqrt(12) at each end; since the length is fixed, it is
+// at most h/2 of the length. The test only reports it.
 TEST(PhantomVoxels, AlignedFlatCutsAreWrongByALayer) {
   for (const char* name : {"upper_trunk", "middle_trunk"}) {
     const int part = part_label(name);
@@ -123,8 +122,7 @@ TEST(PhantomVoxels, AlignedFlatCutsAreWrongByALayer) {
   }
 }
 
-// A whole body on oblique, anisotropic and sheared grids. Errors: as above, some more for the coarser
-// spacing.
+// A whole body on oblique, anisotropic and sheared grids. Errors as above, larger for the coarser spacing.
 TEST(PhantomVoxels, AnyGridGivesTheSameBody) {
   const Phantom& phantom = standing_male();
   GridOptions oblique, sheared;
@@ -132,7 +130,7 @@ TEST(PhantomVoxels, AnyGridGivesTheSameBody) {
   oblique.rotation_deg = {4, -7, 20};
   sheared.spacing = {3, 3, 4};
   sheared.tilt_deg = 18;
-  sheared.rotation_deg = {5, 3, 0};  // so that the soles and the trunk's cuts are not met layer by layer
+  sheared.rotation_deg = {5, 3, 0};  // so that soles and trunk cuts are not parallel to layers
   for (const GridOptions& options : {oblique, sheared}) {
     const Grid grid = phantom_grid(phantom, options);
     EXPECT_LT((grid.spacing() - options.spacing).head<2>().norm(), 1e-12);
@@ -142,7 +140,7 @@ TEST(PhantomVoxels, AnyGridGivesTheSameBody) {
       EXPECT_NEAR(found.mass / phantom.exact[part].mass, 1, 0.015) << parts[part].name;
       EXPECT_LT(1e3 * (found.centre - phantom.exact[part].centre).norm(), 1.0) << parts[part].name;
     }
-    // a border of air all round: nothing is cut off
+    // a border of air on all sides: nothing is cut off
     for (std::int64_t k = 0; k < grid.size[2]; ++k)
       for (std::int64_t j = 0; j < grid.size[1]; ++j)
         for (const std::int64_t i : {std::int64_t{0}, grid.size[0] - 1})
@@ -188,7 +186,7 @@ TEST(PhantomVoxels, SameSeedGivesTheSameBytesOnAnyThreads) {
   EXPECT_EQ(one.labels.voxels, three.labels.voxels);
   EXPECT_NE(one.grey.voxels, other.grey.voxels);
   EXPECT_EQ(one.labels.voxels, other.labels.voxels);
-  // another build of the same options gives the same bytes too
+  // building again with the same options gives the same bytes
   const Phantom again = only(build_phantom({}).value(), part_label("forearm_left"));
   EXPECT_EQ(voxelise(again, grid, {.noise_hu = 25}).grey.voxels,
             voxelise(arm, grid, {.noise_hu = 25}).grey.voxels);
@@ -201,7 +199,7 @@ TEST(PhantomVoxels, NoiseIsNormalAndIndependent) {
   Phantom nobody = standing_male();
   nobody.solids.erase(nobody.solids.begin() + 1, nobody.solids.end());
   nobody.solids[0].tissue.hu = 0;
-  // in the middle of the clamp, so that no tail is cut: noise about air would end at -1024
+  // in the middle of the clamped range, so that no tail is cut; noise around air would end at -1024
   nobody.solids[0].shape = ellipsoid({5040, 5040, 5040}, {1000, 1000, 1000});
   const Scan scan = voxelise(nobody, grid, {.noise_hu = 40, .seed = 3});
   const double n = static_cast<double>(grid.count());
@@ -213,8 +211,8 @@ TEST(PhantomVoxels, NoiseIsNormalAndIndependent) {
     fourth += x * x * x * x / n;
     if (v > 0) neighbour += x * scan.grey.voxels[v - 1] / 40.0 / n;
   }
-  // standard errors of these with n = 512 000 values: 0.0014, 0.002, 0.0137, 0.0014; four of each, and
-  // rounding to whole numbers adds 1/12/1600 to the square
+  // standard errors with n = 512 000 values: 0.0014, 0.002, 0.0137, 0.0014; limits are four of each; rounding
+  // to integers adds 1/12/1600 to the square
   EXPECT_NEAR(mean, 0, 0.0056);
   EXPECT_NEAR(square, 1, 0.008);
   EXPECT_NEAR(fourth, 3, 0.055);
@@ -236,10 +234,10 @@ TEST(PhantomVoxels, BlurKeepsTheMeanAndSpreadsAnEdge) {
   double sum = 0;
   for (std::int64_t k = 0; k < 81; ++k) {
     const double z = -40.0 + static_cast<double>(k);
-    // 41 layers are in: from -20.5 to 20.5; the kernel of points at 1 mm is a Gaussian to 1e-6
+    // 41 layers are inside, from -20.5 to 20.5; the kernel of points at 1 mm is a Gaussian to 1e-6
     const double share =
         0.5 * (std::erf((z + 20.5) / sigma / std::sqrt(2)) - std::erf((z - 20.5) / sigma / std::sqrt(2)));
-    // the slab is blurred along x and y too, where air lies beyond the grid: the middle is out of its reach
+    // the blur also acts along x and y, with air beyond the grid; the middle is too far away to be affected
     const double expected = -1000 + 2000 * share;
     EXPECT_NEAR(scan.grey.at(4, 4, k), expected, 30) << z;
     sum += scan.grey.at(4, 4, k) + 1000;
@@ -248,8 +246,8 @@ TEST(PhantomVoxels, BlurKeepsTheMeanAndSpreadsAnEdge) {
 }
 
 TEST(PhantomVoxels, PartialVolumesAreMeansOverTheVoxel) {
-  // a ball: its mass of averaged voxels is its own to 0.1 %, however coarse; of points at 8 mm it errs by
-  // percents
+  // a ball's mass by averaged voxels is exact to 0.1 % for any spacing; by points at 8 mm it is off by
+  // several per cent
   Phantom ball = standing_male();
   ball.solids.erase(ball.solids.begin() + 1, ball.solids.end());
   ball.solids[0].tissue.hu = 0;
@@ -265,8 +263,8 @@ TEST(PhantomVoxels, PartialVolumesAreMeansOverTheVoxel) {
   EXPECT_NEAR(volume / (4 * std::numbers::pi / 3 * 8000), 1, 0.004);
 }
 
-// Partial volumes and a scanner's blur: the skin's mixed voxels outside the labels hold 2 to 5 % of a hand or
-// a foot, and counted they give it back.
+// Partial volumes and a scanner's blur: mixed skin voxels outside the labels hold 2 to 5 % of a hand or foot;
+// counting them corrects the mass.
 TEST(PhantomVoxels, SkinCountsWhenTheScanIsBlurred) {
   const DensityCurve curve = density_curve(default_density_curve).value();
   const GreyWeights straight = density_weights(Quantity::hu, curve, BelowAir::straight).value();
@@ -313,7 +311,7 @@ TEST(PhantomVoxels, TableLiesUnderTheBodyAndTouchesItNowhere) {
           of_table += bare.grey.at(i, j, k) != laid.grey.at(i, j, k);
         }
     EXPECT_GT(of_table, 1000u);
-    EXPECT_GT(gap, 2);  // 3 mm are meant; voxel centres lie within
+    EXPECT_GT(gap, 2);  // intended: 3 mm; voxel centres lie within
     EXPECT_LT(gap, 10);
   }
 }
@@ -340,7 +338,7 @@ TEST(PhantomVoxels, RefusesInvalidNumbersByName) {
   EXPECT_FALSE(check_scan({}, {.noise_hu = -1}));
 }
 
-// A scan of a part of the body is that part of the whole scan, voxel by voxel.
+// A scan of a part of the body equals that part of the whole scan, voxel by voxel.
 TEST(PhantomVoxels, CroppedScanIsPartOfTheWhole) {
   const auto phantom = build_phantom({});
   GridOptions options;
@@ -366,8 +364,8 @@ TEST(PhantomVoxels, CroppedScanIsPartOfTheWhole) {
       }
 }
 
-// Beyond the field of view nothing is known; within it all is as before. A blanket lies on the body and
-// belongs to nothing; streaks leave slices without metal as they are.
+// Outside the field of view voxels hold padding; inside they are unchanged. A blanket lies on the body and
+// belongs to no part. Streaks do not change slices without metal.
 TEST(PhantomVoxels, FieldOfViewBlanketAndStreaksHaveTheirEffect) {
   const auto phantom = build_phantom({.metal_hip = "left"});
   GridOptions options;
@@ -398,7 +396,7 @@ TEST(PhantomVoxels, FieldOfViewBlanketAndStreaksHaveTheirEffect) {
         ++changed;
       }
   }
-  // half an ellipse of 26 by some 25 cm about, 1.3 m long and 6 mm thick: 6 litres
+  // half an ellipse of about 26 by 25 cm, 1.3 m long and 6 mm thick: 6 litres
   EXPECT_NEAR(cloth * g.voxel_volume() * 1e-6, 6, 1.5);
   EXPECT_GT(changed, 1000);
 }

@@ -1,4 +1,4 @@
-// Bodies that lack a limb: what is told to be absent is not looked for, and the other side stays as it is.
+// Bodies that lack a limb: parts stated as absent are not searched, and the other side is unaffected.
 #include "segmentation/vocabulary/absent_parts.hpp"
 
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ TEST(AbsentParts, IncludePartsBeyondThem) {
   }
 }
 
-// The phantom with some of its parts, or a piece of one, turned to air.
+// The phantom with some parts, or a piece of one, replaced by air.
 class OneSided : public testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -40,7 +40,7 @@ class OneSided : public testing::Test {
   }
   static void TearDownTestSuite() { delete body_, delete scan_, delete whole_; }
 
-  // `stump`: what is left of it ends so far (share of its length) from its joint towards the next
+  // `stump`: this part ends at a share of its length from its joint towards the next
   static GreyVolume without(const std::set<std::string>& gone, const std::string& stump = "",
                             const std::string& from = "", const std::string& to = "", double share = 0) {
     GreyVolume scan = scan_->grey;
@@ -60,12 +60,13 @@ class OneSided : public testing::Test {
     return scan;
   }
 
-  // of all parts whose names do not end so, but for the trunk's, which hold what is left of the limb
+  // expects all parts as in the whole body, except those that end in `side` and the trunk's, which contain
+  // the rest of the limb
   static void expect_as_in_whole(const Segmentation& found, std::string_view side) {
     for (std::size_t n = 1; n < parts.size(); ++n) {
       if (parts[n].name.ends_with(side) || parts[n].name.ends_with("_trunk")) continue;
       EXPECT_EQ(found.part[n].coverage, Coverage::whole) << parts[n].name << ": " << found.part[n].note;
-      // the work grid is laid anew about a smaller body, by a part of its step
+      // the work grid of a smaller body is shifted by a part of its step
       EXPECT_NEAR(found.part[n].volume / whole_->part[n].volume, 1, 0.015) << parts[n].name;
       EXPECT_NEAR(found.part[n].confidence, whole_->part[n].confidence, 0.05) << parts[n].name;
     }
@@ -110,7 +111,7 @@ TEST_F(OneSided, LegThatEndsAboveTheKneeIsAStump) {
   for (const char* mark : {"knee_left", "ankle_left", "toe_tip_left"})
     EXPECT_FALSE(found.landmarks.contains(mark)) << mark;
   EXPECT_TRUE(found.warnings.empty()) << found.warnings.front().text;
-  // what is not told is doubted, and the other side is as it is
+  // without the statement the missing limb is doubted, and the other side is unaffected
   const Segmentation doubted = segmented(scan, "");
   expect_as_in_whole(doubted, "_left");
   EXPECT_EQ(part(doubted, "thigh_left").note, "no knee was found: this part includes the shank and foot");

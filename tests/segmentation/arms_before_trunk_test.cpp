@@ -1,5 +1,5 @@
-// Bodies whose forearms or hands lie before the belly: the trunk's own landmarks and cuts are not told by
-// them. Reference: the phantom's exact landmarks and table.
+// Bodies whose forearms or hands lie in front of the belly do not mislead the trunk's landmarks and cuts.
+// Reference: the phantom's exact landmarks and table.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// of shoulder's flexion and rotation and elbow's flexion, degrees
+// shoulder flexion and rotation, and elbow flexion, degrees
 struct Arm {
   double flexion, rotation, elbow;
 };
@@ -47,8 +47,8 @@ Scanned scanned(const PhantomOptions& options, double spacing = 3) {
   return {std::move(body), std::move(scan)};
 }
 
-// All of the trunk's landmarks within three of their deviations along each axis, and its parts' masses and
-// the thighs' within the 3 % of other poses.
+// Expects the trunk's landmarks within three deviations along each axis, and the masses of trunk parts and
+// thighs within 3 %, as in other poses.
 void expect_own_trunk(const Scanned& of) {
   const auto found = segment(of.scan.grey, {});
   ASSERT_TRUE(found) << found.error().message();
@@ -69,7 +69,7 @@ void expect_own_trunk(const Scanned& of) {
   }
 }
 
-// Each was once found wrong: an iliac spine on the forearm, 190 to 270 mm off.
+// Each once had an iliac spine on the forearm, 190 to 270 mm off.
 TEST(ArmsBeforeTrunk, ForearmIsNotTakenForAnIliacCrest) {
   for (const auto& options :
        {body_with(std::nullopt, {15, 65, 90}, {10, 65, 85}), body_with(62, {20, 65, 85}, {15, 60, 80})}) {
@@ -83,8 +83,8 @@ TEST(ArmsBeforeTrunk, HandOnTheBellyHasNoNavel) {
   expect_own_trunk(scanned(body_with(32, {35, 60, 95}, {20, 65, 90})));
 }
 
-// On a hand that lies on the other forearm the way over to that one's bones was once shorter than its own: a
-// wrist 84 mm off, the hand half as large again, the other all but lost.
+// When a hand lies on the other forearm, the path to the other arm's bones was once shorter than to its own:
+// one wrist was 84 mm off, its hand 1.5 times too large and the other hand nearly lost.
 TEST(ArmsBeforeTrunk, TouchingHandsKeepTheirOwnBones) {
   const Phantom body = *build_phantom(body_with(24, {35, 60, 95}, {20, 65, 90}));
   GridOptions grid;
@@ -104,7 +104,8 @@ TEST(ArmsBeforeTrunk, TouchingHandsKeepTheirOwnBones) {
   }
 }
 
-// A spur of bone before one spine: the two do not mirror each other, and nothing tells which is right.
+// A bone spur in front of one iliac spine: the two spines are not symmetric, and it is unknown which is
+// right.
 TEST(ArmsBeforeTrunk, DoubtsIliacSpinesThatDiffer) {
   Scanned of = scanned({}, 4);
   const Vector3d spine = of.body.landmarks.at("asis_left").point;

@@ -33,7 +33,7 @@ class BodyMask : public ::testing::Test {
   Vector3d point(std::int64_t i, std::int64_t j, std::int64_t k) const {
     return scan_.hu.grid.point(i, j, k);
   }
-  // share of the places that `holds` names that are in the mask
+  // share of the points where `holds` is true that are in the mask
   template <class Holds>
   double share(const Mask& mask, const Holds& holds) const {
     const auto& g = mask.grid;
@@ -72,7 +72,7 @@ TEST_F(BodyMask, KeepsEarsAndFingers) {
 }
 
 TEST_F(BodyMask, KeepsASeparateFingerAndRemovesObjects) {
-  // rods along z, 16 mm thick, 7 mm off the torso: of flesh with a bone in it, of flesh alone, of dense stuff
+  // rods along z, 16 mm thick, 7 mm off the torso: of flesh with a bone, of flesh alone, of dense material
   const auto rod = [](double x, double y, double r) {
     return [=](const Vector3d& p) { return std::hypot(p[0] - x, p[1] - y) < r && std::abs(p[2] - 120) < 22; };
   };
@@ -85,7 +85,7 @@ TEST_F(BodyMask, KeepsASeparateFingerAndRemovesObjects) {
   EXPECT_EQ(share(body, pad), 0);
   EXPECT_EQ(share(body, bar), 0);
   EXPECT_EQ(connected_regions(body).list.size(), 1u) << "joined, so that its flesh has an owner";
-  // a finger that lies 35 mm off is none of this body's
+  // a finger 35 mm away does not belong to this body
   paint(-1000, finger), paint(40, far), paint(1000, rod(125, 0, 4));
   EXPECT_EQ(share(body_mask(scan_), far), 0);
 }

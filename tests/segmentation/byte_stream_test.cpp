@@ -1,5 +1,5 @@
-// Compressed streams: what another program packed, whole, and volumes that were damaged after they were
-// written: refused, or read as they were; never otherwise.
+// Compressed streams: those of another program are read; damaged volumes are refused or read with the
+// original values, never with others.
 #include <gtest/gtest.h>
 #include <zlib.h>
 
@@ -67,7 +67,7 @@ std::vector<char> packed_by_zlib(std::span<const char> plain, int level, int bit
   return out;
 }
 
-// All of a stream, read in pieces of `piece` bytes; an error's words where there is one.
+// The whole stream, read in pieces of `piece` bytes, or the error's text in `error`.
 std::vector<char> unpacked(const std::string& path, std::size_t piece, std::string& error) {
   std::vector<char> out;
   auto source = ByteSource::open(path, ByteSource::Packing::deflated);
@@ -115,7 +115,7 @@ TEST(ByteStream, ReadsStreamsOfOtherCompressors) {
     }
     expect(members, thrice);
   }
-  // what follows the last member is no part of the stream
+  // bytes after the last member do not belong to the stream
   auto followed = packed_by_zlib(plain, 6, gzip, false);
   followed.insert(followed.end(), 100, 'x');
   put_bytes(folder / "a", followed);
@@ -124,7 +124,7 @@ TEST(ByteStream, ReadsStreamsOfOtherCompressors) {
   EXPECT_EQ(error, "");
 }
 
-// The second member's header lies on the edge of what is read of the file at once, at each of its bytes.
+// The second member's header crosses the edge of a block of the file, at each of its bytes.
 TEST(ByteStream, ReadsHeadersAcrossBlockEdges) {
   ScratchFolder folder;
   constexpr std::size_t edge = ByteSource::block;
@@ -167,7 +167,7 @@ TEST(ByteStream, NoFlippedBitGoesUnnoticed) {
     const GreyVolume volume = noise_volume(oblique_grid(false, 0), Quantity::hu);
     ASSERT_TRUE(write_volume(folder / name, volume));
     const auto whole = file_bytes(folder / name);
-    // noise hardly packs: the last 200 bytes are voxels and checksum, behind every header
+    // noise is hardly compressed, so the last 200 bytes are voxels and checksum, after all headers
     ASSERT_GT(whole.size(), 300u);
     int harmless = 0;
     for (std::size_t n = whole.size() - 200; n < whole.size(); ++n) {
@@ -175,7 +175,7 @@ TEST(ByteStream, NoFlippedBitGoesUnnoticed) {
       bytes[n] = static_cast<char>(bytes[n] ^ (1 << (n % 8)));
       put_bytes(folder / name, bytes);
       const auto back = read_volume(folder / name);
-      // bits that fill up the last byte before the checksum mean nothing (RFC 1951): at most one such byte
+      // padding bits in the last byte before the checksum have no meaning (RFC 1951): at most one such byte
       if (!back) continue;
       EXPECT_EQ(back->volume.voxels, volume.voxels) << name << " at " << n;
       EXPECT_EQ(++harmless, 1) << name << " at " << n;

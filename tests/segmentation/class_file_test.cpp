@@ -1,5 +1,5 @@
-// Label maps that another program wrote: the phantom's bones and organs as TotalSegmentator would leave them,
-// by write_classes.py, which shares no code with ours.
+// Label maps of another program: the phantom's bones and organs in TotalSegmentator's form, written by
+// write_classes.py, which shares no code with ours.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -51,7 +51,7 @@ class ClassFile : public ::testing::Test {
     for (int r = 0; r < 3; ++r) grid << g.axes.row(r) << " " << g.origin[r] << "\n";
   }
 
-  // the file, and what the script says is in it: number, name, voxels
+  // writes the file and returns the script's list of its contents: number, name, voxels
   std::string write(const std::string& version, const std::string& more = "") {
     const std::string file = folder_ / ("total_" + version + ".nii.gz");
     const std::string command = "/usr/bin/python3 " + test::source_folder() +
@@ -66,7 +66,7 @@ class ClassFile : public ::testing::Test {
   Scan scan_;
 };
 
-// Every class of the published list under its number and name, and every voxel.
+// Every class of the published list has its number, name and voxels.
 TEST_F(ClassFile, ReadsTotalSegmentatorsNamesAndNumbers) {
   const auto read = read_numbered_labels(write("2"));
   ASSERT_TRUE(read) << read.error().message();
@@ -92,7 +92,7 @@ TEST_F(ClassFile, ReadsTotalSegmentatorsNamesAndNumbers) {
   EXPECT_GT(there, 65U);  // 25 vertebrae with the sacrum, 24 ribs, the rest of the bones, some organs
 }
 
-// The same classes under the numbers of version 1 are told by their names; without names numbers count.
+// The same classes with version 1's numbers are identified by their names; without names, numbers count.
 TEST_F(ClassFile, NamesInTheHeaderOverrideNumbers) {
   const auto two = read_classes(write("2"), "", "totalsegmentator");
   ASSERT_TRUE(two) << two.error().message();
@@ -138,13 +138,13 @@ TEST_F(ClassFile, TotalSegmentatorsClassesGiveParts) {
   EXPECT_EQ(elsewhere, 0U);
   for (std::size_t n = 1; n < parts.size(); ++n) {
     EXPECT_EQ(found->part[n].coverage, Coverage::whole) << parts[n].name;
-    // hips and girdles go whole to the trunk here, where the phantom's planes cut their corners
+    // hip bones and girdles belong entirely to the trunk here, while the phantom's planes cut their corners
     EXPECT_GT(both[n] / all[n], 0.95) << parts[n].name;
   }
 }
 
-// Numbers without names are read by the version whose classes lie where a body has them, whichever is asked
-// for; each voxel's rule is that of its name.
+// Numbers without names are read by the version whose classes fit the body's anatomy, whatever version is
+// requested; each voxel gets its name's rule.
 TEST_F(ClassFile, NumbersWithoutNamesUseTheFittingVersion) {
   const auto count = [](const ClassLabels& one, const ClassLabels& other) {
     std::size_t differ = 0;
@@ -179,7 +179,7 @@ TEST_F(ClassFile, NumbersWithoutNamesUseTheFittingVersion) {
   }
 }
 
-// An MR of the phantom (fat bright, cortex and air dark) with TotalSegmentator's classes for MR has parts.
+// An MR of the phantom (bright fat, dark cortex and air) with TotalSegmentator's MR classes gets parts.
 TEST_F(ClassFile, ClassesGivePartsOfAnMr) {
   Phantom drawn = body_;
   for (PhantomSolid& solid : drawn.solids) {
@@ -219,7 +219,7 @@ TEST_F(ClassFile, ClassesGivePartsOfAnMr) {
   }
 }
 
-// Numbers of no known table: drawn anew, they fit none.
+// Random numbers fit no known table.
 TEST_F(ClassFile, RefusesNumbersThatFitNoTable) {
   auto labels = read_numbered_labels(write("2", " --no-names"));
   ASSERT_TRUE(labels);
@@ -240,7 +240,7 @@ TEST_F(ClassFile, RefusesNumbersThatFitNoTable) {
   EXPECT_TRUE(warnings.empty());
 }
 
-// A header that mirrors the body or turns it over is told of elsewhere; its classes keep their names.
+// A header that mirrors or turns the body is reported elsewhere; its classes keep their names.
 TEST_F(ClassFile, MirroredHeaderChangesNoMapping) {
   auto labels = read_numbered_labels(write("2", " --no-names"));
   ASSERT_TRUE(labels);
@@ -252,7 +252,7 @@ TEST_F(ClassFile, MirroredHeaderChangesNoMapping) {
   }
 }
 
-// The folder of masks that TotalSegmentator leaves by default tells the same as its one file with names.
+// The folder of masks, TotalSegmentator's default output, gives the same as its single file with names.
 TEST_F(ClassFile, FolderOfMasksGivesTheSameLabelMap) {
   const auto whole = read_numbered_labels(write("2"));
   ASSERT_TRUE(whole);
@@ -282,7 +282,7 @@ TEST_F(ClassFile, FolderOfMasksGivesTheSameLabelMap) {
     return again ? "read: " + (again->warnings.empty() ? "" : again->warnings.back())
                  : again.error().message();
   };
-  // an unknown class is told once
+  // an unknown class is reported once
   std::filesystem::copy(masks + "/liver.nii.gz", masks + "/moon.nii.gz");
   EXPECT_NE(message().find("overlap: liver and moon by 100 %"), std::string::npos) << message();
   std::filesystem::rename(masks + "/moon.nii.gz", folder_ / "moon.nii.gz");
@@ -302,7 +302,7 @@ TEST_F(ClassFile, FolderOfMasksGivesTheSameLabelMap) {
   EXPECT_NE(message().find("skin.nii.gz: lies on another grid than"), std::string::npos) << message();
 }
 
-// A table of names that is cut short is refused, not taken for a map without names.
+// A truncated table of names is refused, not treated as a map without names.
 TEST_F(ClassFile, RefusesDamagedNames) {
   const std::string file = write("2"), plain = folder_ / "plain.nii";
   ASSERT_EQ(std::system(("gunzip -c " + file + " > " + plain).c_str()), 0);

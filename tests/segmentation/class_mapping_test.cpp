@@ -45,7 +45,7 @@ TEST(ClassMapping, TableAndJsonAgree) {
     EXPECT_EQ(m.find(7, "heart"), nullptr);  // another version's numbers
   }
   EXPECT_EQ(table->find(10, "heart"), nullptr);
-  EXPECT_NE(json->find(10, "heart"), nullptr);  // which it has no name for
+  EXPECT_NE(json->find(10, "heart"), nullptr);  // a number without a name
 }
 
 TEST(ClassMapping, ReportsErrorsWithTheirLine) {
@@ -73,7 +73,7 @@ TEST(ClassMapping, ReportsErrorsWithTheirLine) {
   EXPECT_EQ(missing.error().kind, Error::Kind::use);
 }
 
-// The numbering of TotalSegmentator's task `total`, version 2, at places from all over its list.
+// The numbering of TotalSegmentator's task `total`, version 2, sampled over its list.
 TEST(ClassMapping, TotalSegmentator) {
   const auto m = class_mapping("totalsegmentator");
   ASSERT_TRUE(m) << m.error().message();
@@ -98,13 +98,12 @@ TEST(ClassMapping, TotalSegmentator) {
                                      {117, "costal_cartilages"}})
     EXPECT_EQ(m->entries[static_cast<std::size_t>(number - 1)].name, name);
   EXPECT_EQ(*m->find(75, ""), (ClassRule{bits({"thigh_left"}), ClassTissue::bone}));
-  // names count before numbers: in version 1 the femora were 88 and 89
+  // names override numbers: in version 1 the femora were 88 and 89
   EXPECT_EQ(m->find(88, "femur_left")->parts, bits({"thigh_left"}));
   EXPECT_EQ(m->find(89, "")->parts, bits({"middle_trunk", "lower_trunk", "thigh_right"}));
 }
 
-// Every organ of the table that comes with the phantom's volumes has its rule, and whole bones one part a
-// side.
+// Every organ of the ICRP phantom's table has a rule, and whole bones have one part per side.
 TEST(ClassMapping, Icrp110) {
   const auto m = class_mapping("icrp110");
   ASSERT_TRUE(m) << m.error().message();
@@ -128,7 +127,7 @@ TEST(ClassMapping, Icrp110) {
     }
     ++count;
   }
-  EXPECT_EQ(count, 138);  // 1 to 141 without the female's own three
+  EXPECT_EQ(count, 138);  // 1 to 141 without three of the female alone
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Parts from somebody else's classes: the phantom's own solids renumbered, and the ICRP male's organs.
+// Parts from another program's classes: the phantom's renumbered solids, and the ICRP male's organs.
 #include "segmentation/labelling/class_parts.hpp"
 
 #include <gtest/gtest.h>
@@ -37,8 +37,8 @@ ClassRule rule(std::initializer_list<std::string> names, ClassTissue tissue) {
   return out;
 }
 
-// Bones alone, whole, as a network might give them: one class for each pair of limb's bones, left and right
-// together, one for skull and neck, one for the rest of the column with ribs, girdles and pelvis.
+// Whole bones as a network might give them: one class per pair of limb bones, left and right together, one
+// for skull and neck, one for the rest of the spine with ribs, girdles and pelvis.
 const std::vector<std::pair<std::string, std::vector<std::string>>> limb_bones{
     {"upper_arm", {"humer"}},
     {"forearm", {"ulna", "radius"}},
@@ -86,8 +86,8 @@ TEST(ClassParts, FindsTheNearestPartInTheTree) {
   EXPECT_EQ(nearest_part(all_parts, part_label("hand_left"), -50), part_label("hand_left"));
 }
 
-// The phantom's exact labels under other numbers come back as they are; what has none (the navel's air) may
-// be told by our own layers.
+// The phantom's exact labels under other numbers are kept. Only unlabelled voxels (air in the navel) may get
+// labels from our method.
 TEST(ClassParts, RenumberedExactLabelsGiveTheParts) {
   const Seen s = seen(4);
   ClassLabels map;
@@ -113,9 +113,9 @@ TEST(ClassParts, RenumberedExactLabelsGiveTheParts) {
     EXPECT_EQ(found->part[n].coverage, Coverage::whole) << parts[n].name;
 }
 
-// No bone can be seen in this scan (all flesh has one CT number, as in a poor MR): bones come from the
-// classes, with no side told, and flesh follows them. Hips and shoulders are spheres through the labelled
-// heads; the trunk's points, which no bone class tells, are given by hand.
+// No bone is visible in this scan (all tissue has one CT number, as in a poor MR). Bones come from the
+// classes, without sides, and flesh follows them. Hips and shoulders are spheres through the labelled heads;
+// the trunk's points, which bone classes do not give, are set by hand.
 TEST(ClassParts, ClassesGiveBonesThatTheScanDoesNotShow) {
   Seen s = seen(3);
   const ClassLabels map = bones_of(s);
@@ -129,7 +129,7 @@ TEST(ClassParts, ClassesGiveBonesThatTheScanDoesNotShow) {
   ASSERT_TRUE(found) << found.error().message();
   for (const char* joint : {"hip_left", "hip_right", "shoulder_left", "shoulder_right"}) {
     ASSERT_TRUE(found->landmarks.contains(joint)) << joint;
-    // half a voxel of the work grid's surface over the part of a ball that is seen
+    // half a voxel of the work grid over the visible part of a ball
     EXPECT_LT((found->landmarks.at(joint).point - s.body.landmarks.at(joint).point).norm(), 5)
         << joint << ": " << found->landmarks.at(joint).source;
   }
@@ -148,7 +148,7 @@ TEST(ClassParts, ClassesGiveBonesThatTheScanDoesNotShow) {
   }
 }
 
-// Where the scan shows its bones the classes must not make it worse.
+// If the scan shows bones, the classes must not make the result worse.
 TEST(ClassParts, ClassesGiveBonesInCt) {
   const Seen s = seen(3);
   const ClassLabels map = bones_of(s);
@@ -164,8 +164,8 @@ TEST(ClassParts, ClassesGiveBonesInCt) {
     }
 }
 
-// Whole parts whose tissue is not said hold bones, by which the rest of the body is told: with head, trunk
-// and one upper arm mapped, the others come out as without a map, and none is absent.
+// Whole parts without stated tissue contain bones, which guide the rest of the body. With head, trunk and one
+// upper arm mapped, the other parts come out as without a map, and none is absent.
 TEST(ClassParts, UnmappedPartsStayInView) {
   const Seen s = seen(4);
   ClassLabels map;
@@ -205,7 +205,7 @@ TEST(ClassParts, WarnsOfMirroredClasses) {
   }));
 }
 
-// A map that was cropped to what it holds, or has other voxels, lies where its own grid says.
+// A map that is cropped or has other voxels is placed by its own grid.
 TEST(ClassParts, AcceptsLabelsOnAnotherGrid) {
   LabelMap map;
   map.grid.size = {4, 3, 2};
@@ -228,7 +228,7 @@ TEST(ClassParts, AcceptsLabelsOnAnotherGrid) {
       }
 }
 
-// Issue 4: each part holds its own bones, the whole weighs what its organs do.
+// Issue 4: each part contains its own bones, and the whole has the organs' mass.
 TEST(ClassParts, IcrpMalesOrgansGiveHisParts) {
   const std::string folder = test::shared_folder() + "/volumes/icrp_am/";
   if (!std::filesystem::exists(folder + "AM_labels.nii.gz"))
@@ -242,8 +242,8 @@ TEST(ClassParts, IcrpMalesOrgansGiveHisParts) {
   options.classes = &*classes;
   const auto found = segment(scan->volume, options);
   ASSERT_TRUE(found) << found.error().message();
-  // his upper arms lie on the trunk, and no label parts their flesh from it; slices of 8 mm are said to be
-  // coarse, and the joints named whose round ends they do not show
+  // his upper arms touch the trunk, and no label separates their flesh; a warning says that slices of 8 mm
+  // are coarse and names the joints whose round ends they do not show
   const auto sentences = in_sentences(found->warnings);
   const auto count_of = [&](std::string_view what) {
     return std::count_if(sentences.begin(), sentences.end(),
@@ -277,8 +277,8 @@ TEST(ClassParts, IcrpMalesOrgansGiveHisParts) {
     for (std::size_t o = 0; o < g.count(); ++o) {
       const int organ = classes->labels.voxels[o];
       if (organ < bones.first || organ > bones.last) continue;
-      // the grid's first axis runs to the left, the body stands in its middle, and no bone of a limb crosses
-      // it
+      // the grid's first axis runs to the left, and the body is centred on it; no limb bone crosses the
+      // middle
       const char* side = static_cast<std::int64_t>(o) % g.size[0] >= g.size[0] / 2 ? "_left" : "_right";
       const int whole_part = part_label(bones.part);
       own +=
@@ -297,7 +297,7 @@ TEST(ClassParts, IcrpMalesOrgansGiveHisParts) {
   }
 }
 
-// A map without bones says nothing of joints: they stay where the scan shows them.
+// A map without bones does not determine joints; they stay where the scan shows them.
 TEST(ClassParts, JointsComeFromTheScanWithoutLabelledBones) {
   const std::string folder = test::shared_folder() + "/volumes/icrp_am/";
   if (!std::filesystem::exists(folder + "AM_labels.nii.gz"))

@@ -40,8 +40,8 @@ Scanned scanned(const Body& how) {
 
 class CoarseGrids : public testing::TestWithParam<Body> {};
 
-// Voxels of 5 mm each take the tissue at their middle, so that small bones break up and a forearm's sections
-// jump: of such scans a wrist was taken to be behind the carpus (29 to 45 mm too far down) or in the shaft.
+// Voxels of 5 mm take the tissue at their centre, so small bones break up and a forearm's sections jump. In
+// such scans a wrist was once found beyond the carpus (29 to 45 mm too far down) or in the shaft.
 TEST_P(CoarseGrids, WristsLieInFrontOfTheCarpus) {
   const auto [body, scan, found] = scanned(GetParam());
   const double step = GetParam().step;
@@ -53,13 +53,14 @@ TEST_P(CoarseGrids, WristsLieInFrontOfTheCarpus) {
     const double off = (wrist.point - body.landmarks.at("wrist" + side).point).norm();
     EXPECT_LT(off, step) << side;
     EXPECT_LT(off, 2 * wrist.deviation) << side;
-    // a voxel's error of a cut of some 20 cm2 through hands of 350 to 450 ml is 2 %; README promises 5 %
+    // a cut of about 20 cm2 that is one voxel off changes hands of 350 to 450 ml by 2 %; README states 5 %
     const auto hand = static_cast<std::size_t>(part_label("hand" + side));
     EXPECT_NEAR(here[hand] / exact[hand], 1, 0.05) << side;
   }
 }
 
-// Of this scan a cylinder on the tibia's end passed for condyles, 42 mm too far down with a deviation of 4.5.
+// In this scan a cylinder at the tibia's end was once taken for condyles, 42 mm too far down with a deviation
+// of 4.5.
 TEST(CoarseGrid, KneesAreNotBelowTheJointLine) {
   const auto [body, scan, found] = scanned({2, Sex::female, 3});
   for (const char* name : {"knee_left", "knee_right", "knee_medial_left", "knee_medial_right",
@@ -71,8 +72,8 @@ TEST(CoarseGrid, KneesAreNotBelowTheJointLine) {
   }
 }
 
-// Of this scan the shaft passed for the trochlea, 15 mm too far up with a deviation of 3.1; what else is
-// larger on such voxels than on fine ones is told.
+// In this scan the shaft was once taken for the trochlea, 15 mm too far up with a deviation of 3.1. The
+// larger deviations on such voxels must be stated.
 TEST(CoarseGrid, ElbowsAreNotInTheShaft) {
   const auto [body, scan, found] = scanned({std::nullopt, Sex::male, 5});
   for (const char* name : {"elbow_left", "elbow_right", "elbow_medial_left", "elbow_medial_right",

@@ -1,4 +1,4 @@
-// What each convention makes of a body: on the ICRP male, whose bones are labelled, and on the phantom, whose
+// The parts by each convention: on the ICRP male, whose bones are labelled, and on the phantom, whose
 // landmarks are exact.
 #include "segmentation/vocabulary/convention.hpp"
 
@@ -41,8 +41,8 @@ TEST(Convention, NamesRoundTrip) {
   EXPECT_NE(refused.error().message().find("deleva1996, dempster or bone"), std::string::npos);
 }
 
-// A forearm that is bent across the chest: where it lies medially of the shoulder's plane, far from that, its
-// flesh is still the forearm's, whichever of the arm's bones it was given to.
+// A forearm bent across the chest lies medial to the shoulder's plane, far from it. Its flesh must still
+// belong to the forearm, whichever arm bone it was assigned to.
 TEST(Convention, ArmAcrossTheChestEndsAtItsElbow) {
   PhantomOptions options;
   options.pose_deg = {{"shoulder_left_flexion", 45},
@@ -59,7 +59,7 @@ TEST(Convention, ArmAcrossTheChestEndsAtItsElbow) {
   }
 }
 
-// The planes of cuts.hpp, laid anew from their words.
+// The planes of cuts.hpp, rebuilt from their descriptions.
 TEST(Convention, PlanesMatchTheDocumentation) {
   Landmarks marks = build_phantom({}).value().landmarks;
   marks["t12_l1"] = {Vector3d(3, 20, 1190), 15, 0, "given"};
@@ -86,7 +86,7 @@ TEST(Convention, PlanesMatchTheDocumentation) {
       EXPECT_GT(cut.normal[0] * lateral, 0);
       EXPECT_LT(cut.normal[2], 0);
       EXPECT_EQ(cut.point, marks.at("asis" + joint.substr(3)).point);
-      // halves the angle of trunk and thigh: as far from the one as from the other
+      // bisects the angle of trunk and thigh: equal angles to both
       const Vector3d thigh = (marks.at("knee" + joint.substr(3)).point - marks.at(joint).point).normalized();
       EXPECT_EQ(other.point, marks.at(joint).point);
       EXPECT_NEAR(other.normal.dot(thigh), other.normal.dot(-up), 1e-12);
@@ -102,7 +102,7 @@ TEST(Convention, PlanesMatchTheDocumentation) {
   }
 }
 
-// Discs given by hand part the trunk there, to a voxel.
+// Discs given by hand divide the trunk there, to a voxel.
 TEST(Convention, DempsterCutsThePhantomsTrunkAtTheDiscs) {
   const Phantom body = build_phantom({}).value();
   GridOptions coarse;
@@ -129,7 +129,7 @@ TEST(Convention, DempsterCutsThePhantomsTrunkAtTheDiscs) {
   EXPECT_NEAR(high[of("middle_trunk")], 1180, 4);
   EXPECT_NEAR(low[of("middle_trunk")], 1050, 4);
   EXPECT_NEAR(high[of("lower_trunk")], 1050, 4);
-  // the plane at the hip tilts by half the thigh's 1.1 degrees: 4 mm over the thigh's breadth, and a voxel
+  // the plane at the hip tilts by half the thigh's 1.1 degrees: 4 mm over the thigh's breadth, plus a voxel
   EXPECT_NEAR(high[of("thigh_left")], hip, 8);
   EXPECT_NEAR(low[of("lower_trunk")], hip, 8);
 }
@@ -169,7 +169,7 @@ std::array<double, parts.size()> masses(const LabelMap& labels) {
   return out;
 }
 
-// The part that a bone belongs to, by its organ number; limbs by side of the body's middle, where it stands.
+// The part that a bone belongs to, by its organ number; limbs by their side of the body's middle.
 int own_part(int organ, bool left) {
   struct Bones {
     const char* part;
@@ -208,9 +208,9 @@ void each_bone_voxel(const F& visit) {
       }
 }
 
-// The labels change at wrist, elbow and ankle at one slice for both sides (916, 1180 and 100 mm), whatever
-// the joint's place: the left hand hangs 8 mm lower and is cut level with the right one. Within 12 mm of
-// these cuts (a slice and a half) the labels do not tell whose bone it is.
+// At wrist, elbow and ankle the labels change at one slice for both sides (916, 1180 and 100 mm), regardless
+// of the joint: the left hand hangs 8 mm lower but is cut level with the right one. Within 12 mm of these
+// cuts (1.5 slices) the labels do not show the bone's true part.
 bool near_slice_cut(int part, double z) {
   const std::string name(parts[static_cast<std::size_t>(part)].name);
   const auto near = [&](double cut) { return std::abs(z - cut) < 12; };
@@ -220,8 +220,8 @@ bool near_slice_cut(int part, double z) {
   return (name.starts_with("shank") || name.starts_with("foot")) && near(100);
 }
 
-// (The discs of the column are placed by proportions taken from this body: for the trunk's own bones this is
-// no independent test.)
+// (Proportions from this body place the discs of the spine, so this is no independent test for the trunk's
+// bones.)
 TEST(Convention, IcrpMaleByBoneKeepsBonesInTheirParts) {
   if (!male()) GTEST_SKIP() << "the ICRP male is not beside the checkout";
   const Segmentation& found = male_by(Convention::bone);
@@ -243,9 +243,8 @@ TEST(Convention, IcrpMaleByBoneKeepsBonesInTheirParts) {
   }
 }
 
-// With planes a bone is cut where its segment is: what is held to 97 % is bone farther than 10 mm from any
-// plane, which must be where the planes put it, given whose bone it is. The fractions of whole bones are
-// reported.
+// Planes cut bones with their segments. At least 97 % of bone farther than 10 mm from any plane must be in
+// the right part. The fractions of whole bones are only reported.
 TEST(Convention, IcrpMaleByPlanesKeepsBonesInTheirPartsAwayFromCuts) {
   if (!male()) GTEST_SKIP() << "the ICRP male is not beside the checkout";
   for (const Convention c : {Convention::deleva1996, Convention::dempster}) {
@@ -289,20 +288,19 @@ TEST(Convention, IcrpMaleHasHisMassOnBothSidesAndInTotal) {
     for (const char* name : {"upper_arm", "forearm", "hand", "thigh", "shank", "foot"}) {
       const double l = kg[of(std::string(name) + "_left")], r = kg[of(std::string(name) + "_right")];
       const bool end = std::string_view(name) == "hand" || std::string_view(name) == "foot";
-      // what his bones themselves make of his thighs: IcrpMaleHasUnevenThighs
+      // for his thighs by bone see IcrpMaleHasUnevenThighs
       if (c != Convention::bone || std::string_view(name) != "thigh") {
         EXPECT_NEAR(l / r, 1, end ? 0.08 : 0.05) << name_of(c) << " " << name;
       }
       std::printf("  %-10s %.3f %.3f kg %+.1f %%\n", name, l, r, 100 * (l / r - 1));
     }
   }
-  // what the hip's cut alone makes of a thigh; published shares spread as much (Dempster 0.097, de Leva
-  // 0.142)
+  // effect of the hip's cut alone; published shares differ as much (Dempster 0.097, de Leva 0.142)
   EXPECT_GT(thigh[Convention::deleva1996] - thigh[Convention::bone], 0.01);
 }
 
-// The part of the nearest bone by straight distance, from the organs' own labels: exact, axis after axis.
-// Bones of arms do not count, since a hand beside a thigh is near it through the air.
+// The part of the nearest bone by exact straight distance from the organs' labels, axis by axis. Arm bones do
+// not count, since a hand beside a thigh is near through the air.
 Volume<std::uint8_t> nearest_bone(std::int64_t k0, std::int64_t k1) {
   const Volume<std::int16_t>& organs = male()->organs;
   Grid g = organs.grid;
@@ -342,9 +340,9 @@ Volume<std::uint8_t> nearest_bone(std::int64_t k0, std::int64_t k1) {
   return owner;
 }
 
-// His thighs by `bone` are 5.7 % apart. So they are where each place simply goes to the nearest of the bones
-// as the organs' labels have them (5.5 %): his right leg is the stouter all the way up from the knee, and his
-// pelvis lies turned by 3 degrees, which brings more of the right buttock near the femur.
+// His thighs by `bone` differ by 5.7 %, nearly as much as if each voxel goes to the nearest labelled bone
+// (5.5 %). His right leg is stouter from the knee upwards, and his pelvis is turned by 3 degrees, which
+// brings more of the right buttock near the femur.
 TEST(Convention, IcrpMaleHasUnevenThighs) {
   if (!male()) GTEST_SKIP() << "the ICRP male is not beside the checkout";
   const std::int64_t k0 = 50, k1 = 150;  // 400 to 1200 mm: from below the knees to the waist
@@ -363,16 +361,15 @@ TEST(Convention, IcrpMaleHasUnevenThighs) {
              right = static_cast<std::size_t>(part_label("thigh_right"));
   std::printf("thighs by the nearest bone: %.3f %.3f kg %+.1f %%; ours %+.1f %%\n", simply[left],
               simply[right], 100 * (simply[left] / simply[right] - 1), 100 * (ours[left] / ours[right] - 1));
-  // ours go by ways within the body on 3 mm, and by bones that were found: a voxel's thickness of the some
-  // 400 cm2 where pelvis' and thigh's flesh meet is 0.1 kg
+  // ours use paths within the body on 3 mm and bones found in the scan; one voxel over the border of about
+  // 400 cm2 between pelvis and thigh is 0.1 kg
   EXPECT_NEAR(ours[left], simply[left], 0.1);
   EXPECT_NEAR(ours[right], simply[right], 0.1);
   EXPECT_NEAR(ours[left] / ours[right], simply[left] / simply[right], 0.01);
 }
 
-// By `bone` his trunk's parts are what lies nearest to the bones of each, whether these are found in the scan
-// or told by the organs' labels: the lumbar column's share is small, since ribs and pelvis reach round it,
-// and nothing of the man is cut for that.
+// By `bone` each trunk part is the flesh nearest to its bones, found in the scan or given by the organs'
+// labels. The lumbar spine's share is small because ribs and pelvis reach around it.
 TEST(Convention, IcrpMaleTrunkByBoneFollowsTheNearestBones) {
   if (!male()) GTEST_SKIP() << "the ICRP male is not beside the checkout";
   const Segmentation& found = male_by(Convention::bone);
@@ -399,16 +396,16 @@ TEST(Convention, IcrpMaleTrunkByBoneFollowsTheNearestBones) {
     std::printf("bone: %-13s %.2f kg, by the organs' labels %.2f, by the nearest bone %.2f\n", name,
                 by_scan[n], by_labels[n], simply[n]);
   }
-  // (the upper trunk borders on the head too, and the labels' bones part hip and thigh elsewhere)
+  // the upper trunk also borders on the head, and the labels separate hip and thigh elsewhere
   const auto middle = static_cast<std::size_t>(part_label("middle_trunk")),
              lower = static_cast<std::size_t>(part_label("lower_trunk"));
-  // some 600 cm2 of flesh lie between two parts' bones: a voxel of 8 mm there is 0.5 kg
+  // the border between two parts has about 600 cm2: a voxel of 8 mm there is 0.5 kg
   EXPECT_NEAR(by_scan[middle], simply[middle], 0.5);
   EXPECT_NEAR(by_labels[middle], simply[middle], 0.5);
   EXPECT_NEAR(by_scan[lower], simply[lower], 0.5);
 }
 
-// From CT numbers: the sum by each curve, the default within 1.5 %.
+// From CT numbers: the mass by each curve; by the default curve within 1.5 %.
 TEST(Convention, IcrpMaleHasHisMassFromCtNumbers) {
   if (!male()) GTEST_SKIP() << "the ICRP male is not beside the checkout";
   const Segmentation& found = male_by(Convention::deleva1996);

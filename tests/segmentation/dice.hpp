@@ -1,4 +1,4 @@
-// How well two label maps agree, part by part.
+// The agreement of two label maps, part by part.
 #pragma once
 
 #include <array>
@@ -8,7 +8,7 @@
 
 namespace borelli {
 
-/// Dice's coefficient per part, of maps on the same grid; 1 where neither holds the part.
+/// Dice's coefficient per part of maps on the same grid; 1 if neither has the part.
 inline std::array<double, parts.size()> dice(const LabelMap& a, const LabelMap& b) {
   std::array<double, parts.size()> both{}, all{};
   for (std::size_t o = 0; o < a.voxels.size(); ++o) {

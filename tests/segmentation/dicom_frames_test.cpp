@@ -1,5 +1,5 @@
-// Multi-frame DICOM: enhanced CT and MR as volumes, DICOM-SEG as label maps. The files are put together here
-// element by element after PS3.5 and PS3.3, and GDCM, which reads them too, has its say on one of each.
+// Multi-frame DICOM: enhanced CT and MR as volumes, DICOM-SEG as label maps. The files are built here element
+// by element after PS3.5 and PS3.3; GDCM reads one of each kind as a check.
 #include <gdcmImageReader.h>
 #include <gdcmTrace.h>
 #include <gtest/gtest.h>
@@ -37,7 +37,7 @@ struct DataSet {
     return *this;
   }
   DataSet& number(std::uint32_t tag, std::uint16_t value) { return add(tag, "US", raw(value)); }
-  // `undefined`: of a length that its end tells, as many programs write it
+  // `undefined`: undefined length with an end delimiter, as many programs write it
   DataSet& sequence(std::uint32_t tag, const std::vector<DataSet>& items, bool undefined) {
     std::string value;
     const std::uint32_t endless = 0xffffffff;
@@ -83,7 +83,7 @@ struct Enhanced {
   Vector3d step{0, 0, 2.5};
 };
 
-// Frame n of the file lies at place 5 n mod frames, so that their order says nothing.
+// Frame n of the file is slice 5 n mod frames, so the order in the file means nothing.
 int place_of(const Enhanced& e, int n) { return 5 * n % e.frames; }
 int stored(int place, int row, int column) { return 1000 + 100 * place + 10 * row + column; }
 
@@ -150,7 +150,7 @@ TEST(DicomFrames, GdcmReadsTheSameFile) {
   const ScratchFolder folder;
   write(folder / "a.dcm", {});
   gdcm::Trace::WarningOff(),
-      gdcm::Trace::ErrorOff();  // it finds no even spacing, for the frames are not in order
+      gdcm::Trace::ErrorOff();  // silences its complaint about uneven spacing, as the frames are not in order
   gdcm::ImageReader reader;
   reader.SetFileName((folder / "a.dcm").c_str());
   const bool gdcm_read = reader.Read();
@@ -188,7 +188,7 @@ TEST(DicomFrames, ReadsEnhancedMrAndReportsErrors) {
   EXPECT_FALSE(read_volume(folder / "cut.dcm"));
 }
 
-// Segments 1 (a block) and 2 (a block that overlaps it), frames of 2 left out where it is empty.
+// Segments 1 (a block) and 2 (an overlapping block); empty frames of 2 are omitted.
 struct Segments {
   std::string type = "BINARY";
   bool undefined = false;
@@ -263,7 +263,7 @@ TEST(DicomFrames, SegmentationsAreLabelMaps) {
         const Grid& g = read->map.grid;
         ASSERT_EQ(g.size, (std::array<std::int64_t, 3>{columns, rows, 5}));
         EXPECT_LT((g.origin - Vector3d(-10, -20, 30)).norm(), 1e-5);
-        // the frames lean: 0.2 mm sideways a slice
+        // sheared frames: 0.2 mm sideways per slice
         EXPECT_LT((g.axes.col(2) - Vector3d(0.2, 0, 3)).norm(), 1e-5);
         ASSERT_EQ(read->map.names.size(), 3U);
         EXPECT_EQ(read->map.names[1], "Femur left");
@@ -310,7 +310,7 @@ TEST(DicomFrames, RefusesDamagedSegmentations) {
   EXPECT_NE(spoiled("-9.800000", "-7.800000").find("not evenly spaced along one line"), std::string::npos);
 }
 
-// A segmentation's frames are 5 slices of 5 x 4 pixels: its header tells whether that can be the scan's grid.
+// A segmentation's frames are 5 slices of 5 x 4 pixels; its header shows whether that can be the scan's grid.
 TEST(DicomFrames, HeaderGivesTheGridOfASegmentation) {
   const ScratchFolder folder;
   write(folder / "seg.dcm", Segments{"BINARY", true});

@@ -1,4 +1,4 @@
-// Writes series of DICOM slices for tests, with GDCM's writer: what a slice says is all in the struct below.
+// Writes series of DICOM slices for tests with GDCM's writer; the struct below holds a slice's contents.
 #pragma once
 
 #include <fmt/format.h>
@@ -26,13 +26,13 @@ struct TestSlice {
   Eigen::Vector3d position{-10, -20, 30}, along_row{1, 0, 0}, along_column{0, 1, 0};
   double column_spacing = 0.75, row_spacing = 0.5;
   double slope = 1, intercept = -1024;
-  std::string slope_text, intercept_text;                      ///< in place of them, as they stand
+  std::string slope_text, intercept_text;                      ///< override the numbers, as text
   std::string position_text, pixel_spacing_text;               ///< likewise
-  std::string thickness, spacing_between, location, diameter;  ///< as they stand; empty: not there
+  std::string thickness, spacing_between, location, diameter;  ///< as text; empty: omitted
   std::optional<std::uint16_t> padding;                        ///< stored value
   bool is_signed = false;
   int bits_stored = 12;
-  int frames = 1;                     ///< only said, not there
+  int frames = 1;                     ///< stated, without pixels
   std::vector<std::uint16_t> pixels;  ///< row by row
 };
 
@@ -52,7 +52,7 @@ inline void write_slice(const std::string& path, const TestSlice& s) {
   image.SetDataElement(pixels);
   image.SetTransferSyntax(gdcm::TransferSyntax::ExplicitVRLittleEndian);
 
-  gdcm::Anonymizer edit;  // GDCM's name for what sets attributes by tag and text
+  gdcm::Anonymizer edit;  // GDCM's class that sets attributes by tag and text
   edit.SetFile(writer.GetFile());
   const std::string media = s.modality == "MR" ? "1.2.840.10008.5.1.4.1.1.4" : "1.2.840.10008.5.1.4.1.1.2";
   const auto three = [](const Eigen::Vector3d& v) {
@@ -70,8 +70,7 @@ inline void write_slice(const std::string& path, const TestSlice& s) {
   writer.SetFileName(path.c_str());
   if (!writer.Write()) throw std::runtime_error("GDCM cannot write " + path);
 
-  // ImageWriter sets position, spacing and scaling from its Image, by its own rules; say them once more as
-  // they shall be
+  // ImageWriter sets position, spacing and scaling from its Image by its own rules, so they are set again
   gdcm::Reader reader;
   reader.SetFileName(path.c_str());
   if (!reader.Read()) throw std::runtime_error("GDCM cannot read " + path);

@@ -1,4 +1,4 @@
-// DICOM folders: series written here slice by slice, whose right volume is known; and real ones.
+// DICOM folders: series written here slice by slice, so the right volume is known, and real ones.
 #include "segmentation/files/dicom.hpp"
 #include "tests/paths.hpp"
 
@@ -20,12 +20,12 @@ namespace {
 
 using Eigen::Vector3d;
 
-// a value that tells slice, row and column apart
+// a value unique for slice, row and column
 std::uint16_t stored(int k, int row, int column) {
   return static_cast<std::uint16_t>(1000 + 100 * k + 10 * row + column);
 }
 
-// slice k of n, as `slice` but at its place, its pixels as above
+// slice k of n: `slice` at its position with the pixels above
 TestSlice numbered(TestSlice slice, int k, const Vector3d& step) {
   slice.position += k * step;
   slice.instance = slice.series + "." + std::to_string(k + 1);
@@ -35,7 +35,7 @@ TestSlice numbered(TestSlice slice, int k, const Vector3d& step) {
   return slice;
 }
 
-// files whose names say nothing of their order
+// file names unrelated to the order
 std::string shuffled_name(int k) { return fmt::format("f{:03d}.dcm", k * 37 % 101); }
 
 void write_series(const ScratchFolder& folder, const TestSlice& slice, int count, const Vector3d& step,
@@ -77,7 +77,7 @@ TEST(Dicom, SortsByPositionAndRescales) {
   EXPECT_EQ(progress.back(), 1);
 }
 
-// Pixels by what PS3.5, 8.1.1 says of a word, in whole numbers: its bits from HighBit down are the value.
+// Pixels after PS3.5, 8.1.1: the value is in a word's bits from HighBit down.
 template <class T>
 void expect_decoded(int allocated, int stored_bits, int high_bit, bool is_signed, bool big_endian) {
   SCOPED_TRACE(fmt::format("{} bits, {} stored up to {}, {}, {}, into {} bytes", allocated, stored_bits,
@@ -128,8 +128,8 @@ TEST(Dicom, ReadsThePixelBitsThatTheHeaderNames) {
       }
 }
 
-// Behind a gantry tilted by 20 degrees the slices lean, and the table still moves along z: the grid is
-// sheared. A voxel is where its own slice's header puts it.
+// With a gantry tilted by 20 degrees the slices are tilted while the table moves along z, so the grid is
+// sheared. A voxel lies where its slice's header puts it.
 TEST(Dicom, GantryTiltShearsTheGrid) {
   ScratchFolder folder;
   const double tilt = 20 * std::numbers::pi / 180;
@@ -147,8 +147,7 @@ TEST(Dicom, GantryTiltShearsTheGrid) {
   EXPECT_TRUE(says(read->warnings, "tilted by 20 degrees"));
 }
 
-// rows to the front, columns down, slices to the left: the third axis follows the slices whatever way they
-// run
+// rows to the front, columns down, slices to the left: the third axis follows the slices in any direction
 TEST(Dicom, ReadsSagittalSlices) {
   ScratchFolder folder;
   TestSlice slice;
@@ -185,7 +184,7 @@ TEST(Dicom, ReadsTheLargestCtSeriesAndSaysSo) {
   EXPECT_TRUE(says(read->warnings, "CT 'scout' (2 slices"));
 }
 
-// a localizer of another orientation inside the same series is no part of the volume
+// a localizer of another orientation in the same series does not belong to the volume
 TEST(Dicom, SplitsASeriesByOrientation) {
   ScratchFolder folder;
   TestSlice axial, scout;
@@ -212,7 +211,7 @@ TEST(Dicom, ScalingMayDifferFromSliceToSlice) {
     EXPECT_LE(std::abs(read->volume.at(1, 2, k) - ((1 + 0.25 * k) * stored(k, 2, 1) - 1000 + 10 * k)), 0.5);
 }
 
-// 12 bits with sign: bits above the stored ones hold other things and do not count
+// 12 bits with sign: bits above the stored ones are ignored
 TEST(Dicom, ReadsSignedPixelsOfTwelveBits) {
   ScratchFolder folder;
   for (int k = 0; k < 3; ++k) {
@@ -229,7 +228,7 @@ TEST(Dicom, ReadsSignedPixelsOfTwelveBits) {
 
 TEST(Dicom, ReportsPaddingOfAnyValue) {
   for (const int padding :
-       {-2000, 0}) {  // 0 with intercept 0 is water's number: only outside the picture it is padding
+       {-2000, 0}) {  // 0 with intercept 0 is water; it is padding only outside the image circle
     ScratchFolder folder;
     for (int k = 0; k < 3; ++k) {
       TestSlice slice = numbered({}, k, {0, 0, 2});
@@ -258,7 +257,7 @@ TEST(Dicom, InterpolatesMissingSlicesWithANote) {
   ASSERT_TRUE(read) << read.error().message();
   EXPECT_EQ(read->volume.grid.size[2], 8);
   EXPECT_LT((read->volume.grid.axes.col(2) - step).norm(), decimals);
-  // pixels rise by 100 per slice, so interpolated ones are what the missing slices held
+  // pixels rise by 100 per slice, so interpolation gives the missing slices exactly
   for (int k = 0; k < 8; ++k) EXPECT_EQ(read->volume.at(2, 1, k), stored(k, 1, 2) - 1024) << k;
   EXPECT_TRUE(says(read->warnings, "2 slices are missing (the first behind slice 3)"))
       << read->warnings.front();
@@ -284,7 +283,7 @@ TEST(Dicom, ResamplesUnevenSpacingWithANote) {
   EXPECT_TRUE(says(read->warnings, "unevenly spaced, 3 mm to 4 mm apart"));
 }
 
-// A scaling that is no number is none of one's own: CT numbers would be off by 1024.
+// A scaling that is no number must not count as missing: CT numbers would be off by 1024.
 TEST(Dicom, RefusesAScalingThatIsNotANumber) {
   for (const auto& [slope, intercept] : std::vector<std::pair<std::string, std::string>>{{"", "x1024"},
                                                                                          {"", "--1024"},
@@ -302,7 +301,7 @@ TEST(Dicom, RefusesAScalingThatIsNotANumber) {
     EXPECT_NE(read.error().message().find("rescale slope or intercept is not a number"), std::string::npos)
         << read.error().message();
   }
-  ScratchFolder folder;  // (blanks and a sign belong to numbers)
+  ScratchFolder folder;  // blanks and a sign are valid in numbers
   TestSlice slice;
   slice.intercept_text = " +5.0 ";
   write_series(folder, slice, 3, {0, 0, 3});
@@ -368,7 +367,7 @@ TEST(Dicom, ReadsCopiesOnceAndSeparatesPhases) {
       if (phase == 2 && k == 4) continue;
       TestSlice slice = numbered({}, k, {0, 0, 3});
       slice.instance += "." + std::to_string(phase), slice.acquisition = std::to_string(phase);
-      slice.pixels[0] += phase;  // (equal pixels would be copies)
+      slice.pixels[0] += phase;  // equal pixels would count as copies
       write_slice(phases / fmt::format("{}{}", phase, k), slice);
     }
   const auto parted = read_volume(phases.path());
@@ -398,8 +397,7 @@ TEST(Dicom, FlippedBytesNeverCrash) {
   EXPECT_GT(refused, 10);
 }
 
-// As DATA.md and the files' own headers have it (dcmdump): z from 1055 to 1532, 512 x 512 at 1.03 mm, 3 mm
-// apart.
+// From DATA.md and the files' headers (dcmdump): z from 1055 to 1532, 512 x 512 at 1.03 mm, 3 mm apart.
 TEST(Dicom, ReadsARealCtOfATrunk) {
   const std::string path = test::shared_folder() + "/volumes/ct_trunk_dicom";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "the CT is not there: " << path;
@@ -435,8 +433,8 @@ TEST(Dicom, PoseComesFromThePatientPosition) {
   }
 }
 
-// The same three slices in every encoding that DCMTK's programs write, and read here: implicit and big-endian
-// syntaxes, no preamble, sequences of undefined length, RLE and JPEG.
+// The same three slices in every encoding that DCMTK writes: implicit and big-endian syntaxes, no preamble,
+// sequences of undefined length, RLE and JPEG.
 TEST(Dicom, EveryEncodingGivesTheSameVolume) {
   const std::string path = test::shared_folder() + "/volumes/ct_trunk_dicom/";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "the CT is not there: " << path;
@@ -469,11 +467,11 @@ TEST(Dicom, DecompressesARealMrOfAKnee) {
   ASSERT_TRUE(mr) << mr.error().message();
   EXPECT_EQ(mr->volume.grid.size, (std::array<std::int64_t, 3>{384, 384, 24}));
   EXPECT_NEAR(mr->volume.grid.spacing()[0], 0.44270834, 1e-6);
-  EXPECT_NEAR(mr->volume.grid.spacing()[2], 4.29, 0.005);  // DATA.md has it to 0.01
+  EXPECT_NEAR(mr->volume.grid.spacing()[2], 4.29, 0.005);  // DATA.md rounds to 0.01
   EXPECT_EQ(mr->volume.quantity, Quantity::mr);
   EXPECT_EQ(mr->format, "DICOM, 24 slices, packed as JPEG lossless");
 
-  // DCMTK's program unpacks by itself
+  // DCMTK's own decoder
   if (std::system("command -v dcmdjpeg >/dev/null") != 0)
     GTEST_SKIP() << "dcmdjpeg (package dcmtk) is not there";
   ScratchFolder plain;

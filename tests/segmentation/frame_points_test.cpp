@@ -1,5 +1,5 @@
-// The bony points of the ISB's frames: as found in scans of phantoms, against the phantoms' own bones, and in
-// the ICRP male against the labels of his.
+// The bony points of ISB frames: found in scans of phantoms, against the phantoms' bones; found in the ICRP
+// male, against his labels.
 #include "segmentation/joints/frame_points.hpp"
 
 #include <gtest/gtest.h>
@@ -58,8 +58,8 @@ Segmentation found_in(const GreyVolume& volume, Landmarks given = {}) {
   return found ? *found : Segmentation{};
 }
 
-// By name, over all bodies: root mean square of the coordinates' errors within the stated deviation, none
-// beyond twice that.
+// Per name, over all bodies: the root mean square of the coordinates' errors is within the stated deviation,
+// and no error exceeds its double.
 void expect_points_within_their_deviations(const std::vector<Body>& bodies) {
   std::map<std::string, double> squares;
   std::map<std::string, int> cases;
@@ -100,7 +100,8 @@ TEST(FramePoints, LieWithinTheirDeviationsInFivePhantoms) {
                                          {"drawn, 2.5 mm", drawn(8), Vector3d::Constant(2.5), 15}});
 }
 
-// Forearms that lie one on the other before the belly: the radius is the stouter of an arm's own two bones.
+// Forearms that lie on each other in front of the belly: the radius is the thicker of the same arm's two
+// bones.
 TEST(FramePoints, LieOnTheStyloidsOfTouchingForearms) {
   int shown = 0;
   for (const std::uint64_t variation : {5201, 5303, 8001}) {
@@ -120,7 +121,7 @@ TEST(FramePoints, LieOnTheStyloidsOfTouchingForearms) {
     for (const char* stem : {"ulnar_styloid", "radial_styloid"})
       for (const char* side : {"_left", "_right"}) {
         const Vector3d exact = phantom.landmarks.at(stem + std::string(side)).point;
-        // the other arm's flesh may reach into this one's bone: then the scan does not show its end
+        // the other arm's flesh may reach into this bone, so that the scan does not show its end
         const Vector3d index = scan.labels.grid.index(exact);
         const int part = scan.labels.at(std::lround(index[0]), std::lround(index[1]), std::lround(index[2]));
         if (!parts[static_cast<std::size_t>(part)].name.ends_with(side)) continue;
@@ -131,10 +132,10 @@ TEST(FramePoints, LieOnTheStyloidsOfTouchingForearms) {
             << variation << stem << side;
       }
   }
-  EXPECT_GE(shown, 9);  // of twelve
+  EXPECT_GE(shown, 9);  // of twelve points
 }
 
-// What the scan does not show is not there; what is given by hand stays.
+// Points that the scan does not show are missing; points given by hand stay.
 TEST(FramePoints, AreFoundIfVisibleAndYieldToGivenPoints) {
   const Phantom phantom = build_phantom({}).value();
   GridOptions grid;
@@ -154,8 +155,8 @@ TEST(FramePoints, AreFoundIfVisibleAndYieldToGivenPoints) {
   EXPECT_LT((found.landmarks.at("psis_right").point - phantom.landmarks.at("psis_right").point).norm(), 14);
 }
 
-// The ICRP male, on slices of 8 mm: his pelvis is labelled by itself, so that the hindmost of it beside the
-// sacrum is known; his thoracic column from its top to its lowest disc.
+// The ICRP male, on slices of 8 mm. His pelvis has its own label, so its rearmost point beside the sacrum is
+// known; his thoracic spine is known from its top to its lowest disc.
 TEST(FramePoints, MatchTheIcrpMale) {
   const std::string folder = test::shared_folder() + "/volumes/icrp_am/";
   if (!std::filesystem::exists(folder + "AM_hu.nii.gz"))
@@ -189,13 +190,13 @@ TEST(FramePoints, MatchTheIcrpMale) {
   // eight of twelve vertebrae, whose heights grow from top to bottom: 0.57 to 0.667 of the way
   const Landmark& t8 = found.landmarks.at("t8");
   EXPECT_NEAR((high - t8.point[2]) / (high - low), 0.62, 0.05);
-  EXPECT_GT(t8.deviation, 12);  // no disc shows
-  // of his sternum only the manubrium's cortex is bone by its CT numbers: the labelled top of that
+  EXPECT_GT(t8.deviation, 12);  // no disc is visible
+  // by CT numbers only the manubrium's cortex is bone; reference: its labelled top
   EXPECT_NEAR(found.landmarks.at("suprasternale").point[2], notch, 11);
 }
 
-// Two real pelves, the second turned by 7 degrees: the wing's hind end by eye on the slices, to a few mm; no
-// other point of the frames is in view.
+// Two real pelves, the second turned by 7 degrees. Reference: the posterior end of the iliac wing, read by
+// eye to a few mm. No other point of the frames is in view.
 TEST(FramePoints, MatchRealPelves) {
   struct Pelvis {
     std::string path;

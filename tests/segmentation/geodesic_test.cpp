@@ -21,7 +21,7 @@ Volume<float> even_cost(std::array<std::int64_t, 3> size, double step, float cos
 }
 Volume<std::uint8_t> no_seeds(const Grid& grid) { return {grid, std::vector<std::uint8_t>(grid.count(), 0)}; }
 
-// length of a way that steps along faces, edges and corners (Borgefors 1986, with exact step lengths)
+// length of a path that steps along faces, edges and corners (Borgefors 1986, with exact step lengths)
 double octile(double a, double b, double c) {
   double d[3] = {std::abs(a), std::abs(b), std::abs(c)};
   std::sort(d, d + 3);
@@ -56,7 +56,7 @@ TEST(Geodesic, PathsAvoidWallsAndSeedsShareTheRest) {
   const auto found = geodesic({cost, 0}, seeds, false);
   EXPECT_EQ(found.owner.at(10, 3, 0), 0);  // the wall itself
   EXPECT_EQ(found.owner.at(11, 0, 0),
-            2);  // two voxels from seed 1 across the wall, but nearer to seed 2 round it
+            2);  // two voxels from seed 1 across the wall, but nearer to seed 2 around it
   EXPECT_EQ(found.owner.at(9, 15, 0), 1);
   EXPECT_EQ(nearest_seeds({cost, 0}, seeds).voxels, found.owner.voxels);
 }
@@ -80,8 +80,8 @@ TEST(Geodesic, HandlesAVolumeOfOneColumn) {
   EXPECT_NEAR(found.length(0, 3, 0), 1000, 1e-3);
 }
 
-// Lengths of the cheapest ways from voxels of one label: Dijkstra's algorithm as in the books, with a heap
-// and in double.
+// Lengths of the cheapest paths from voxels of one label: the textbook form of Dijkstra's algorithm, with a
+// heap, in double.
 std::vector<double> lengths_from(const Volume<float>& cost, const Volume<std::uint8_t>& seeds, int label) {
   const Grid& g = cost.grid;
   using Entry = std::pair<double, std::array<std::int64_t, 3>>;
@@ -113,7 +113,7 @@ std::vector<double> lengths_from(const Volume<float>& cost, const Volume<std::ui
 }
 
 TEST(Geodesic, PathsAcrossHalvesAreTheCheapest) {
-  // large enough that both halves are followed at once, with walls that lead ways from half to half
+  // large enough for two parallel halves, with walls that lead paths from half to half
   const std::int64_t nx = 121, ny = 90, nz = 100;
   auto cost = even_cost({nx, ny, nz}, 1.5, 1);
   std::mt19937 random(7);
@@ -121,7 +121,7 @@ TEST(Geodesic, PathsAcrossHalvesAreTheCheapest) {
   for (auto& c : cost.voxels) c = uniform(random);
   for (std::int64_t k = 0; k < nz; ++k)
     for (std::int64_t i = 0; i < nx; ++i)
-      for (std::int64_t j = 15; j < ny; j += 15)  // each open at one end only, in turns
+      for (std::int64_t j = 15; j < ny; j += 15)  // open at alternating ends
         if (j % 2 ? i > 5 : i + 5 < nx) cost.at(i, j, k) = no_way;
   auto seeds = no_seeds(cost.grid);
   seeds.at(2, 2, 50) = 1;
@@ -153,8 +153,8 @@ TEST(Geodesic, PathsAcrossHalvesAreTheCheapest) {
         most_off = now, worst = o;
     }
     EXPECT_GT(reached, cost.grid.count() / 20);
-    EXPECT_LT(most_off, 1e-5) << worst;  // sums of some hundred floats
-    // a way is as long as what it says, step by step
+    EXPECT_LT(most_off, 1e-5) << worst;  // sums of about a hundred floats
+    // a path's length is the sum of its steps
     std::size_t far = 0;
     for (std::size_t o = 0; o < cost.grid.count(); ++o)
       if (found.owner.voxels[o] && (!found.owner.voxels[far] || found.length(o) > found.length(far))) far = o;

@@ -63,7 +63,7 @@ TEST(GivenLandmarks, ReadsAllVersionsOfSlicerFcsv) {
     EXPECT_EQ(read->landmarks.at("wrist_left").point, Vector3d(sign * 10.5, sign * -30, 400));
     EXPECT_NE(read->warnings.at(0).find("ignored points that have no position: neck"), std::string::npos);
   }
-  // before status was written, and with other columns
+  // an older file without status, with other columns
   const auto old =
       given("points.fcsv", "# columns = label,x,y,z,sel,vis\n# CoordinateSystem = 1\nxiphion,1,2,3,1,1\n");
   ASSERT_TRUE(old) << old.error().message();
@@ -108,8 +108,7 @@ TEST(GivenLandmarks, NamesAreMatchedByTheirWords) {
   for (const auto& [name, landmark] : body->landmarks) EXPECT_EQ(landmark_of(name), name);
 }
 
-// What was not moved in Slicer stays as it was found, with its source and deviation; what was moved is the
-// hand's.
+// A point not moved in Slicer keeps its source and deviation; a moved one counts as given by hand.
 TEST(GivenLandmarks, MarkupsRoundTrip) {
   const ScratchFolder folder;
   Landmarks found;
@@ -128,7 +127,7 @@ TEST(GivenLandmarks, MarkupsRoundTrip) {
     EXPECT_EQ(mark.deviation, found.at(name).deviation);
     EXPECT_EQ(mark.radius, found.at(name).radius);
   }
-  // what a person gave before is given again
+  // a point given earlier stays given
   ASSERT_EQ(read->landmarks.size(), 1U);
   EXPECT_EQ(read->landmarks.at("knee_left").source, "mine");
   EXPECT_EQ(read->landmarks.at("knee_left").deviation, 1);
@@ -154,8 +153,8 @@ TEST(GivenLandmarks, MarkupsRoundTrip) {
   EXPECT_EQ(none.at("shoulder_right").radius, 24);
 }
 
-// The points of one run, one of them moved, given to a run on another grid: that one is the hand's, the
-// others are found anew, on that grid.
+// The points of one run, one of them moved, given to a run on another grid: the moved one is used, the others
+// are found again on that grid.
 TEST(GivenLandmarks, FindsUnmovedPointsOfAnotherGridAgain) {
   const ScratchFolder folder;
   const auto body = build_phantom({});
@@ -185,7 +184,7 @@ TEST(GivenLandmarks, FindsUnmovedPointsOfAnotherGridAgain) {
   }
 }
 
-// Every landmark that segmentation finds has a name that a person may give.
+// Every landmark that segmentation finds has a name that users may give.
 TEST(GivenLandmarks, KnowsEveryFoundLandmark) {
   const auto body = build_phantom({});
   GridOptions coarse;

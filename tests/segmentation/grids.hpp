@@ -8,8 +8,8 @@
 
 namespace borelli {
 
-/// Small, turned in space, of three different spacings; mirrored and sheared (mm of drift in y per slice) as
-/// asked.
+/// A small rotated grid of three different spacings, optionally mirrored and sheared (`sheared`: mm along y
+/// per slice).
 inline Grid oblique_grid(bool mirrored, double sheared) {
   Grid grid;
   grid.size = {5, 7, 4};

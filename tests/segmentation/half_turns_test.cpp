@@ -1,4 +1,4 @@
-// Bodies whose header turns them over.
+// Bodies whose header is wrong by half a turn.
 #include "segmentation/joints/half_turns.hpp"
 
 #include <gtest/gtest.h>
@@ -21,8 +21,8 @@ Segmentation found_in(const GreyVolume& volume) {
   return found ? *found : Segmentation{};
 }
 
-// The same voxels under a header that is turned by half a turn about one of the patient's axes: parts and
-// landmarks are those of the right header, the contradiction is said, and sides are not sure.
+// The same voxels with a header that is half a turn off about one of the patient's axes: parts and landmarks
+// equal those with the right header, and a warning reports the contradiction and uncertain sides.
 TEST(HalfTurns, BodyOverridesAWrongHeader) {
   const Phantom body = *build_phantom({});
   GridOptions coarse;

@@ -1,5 +1,5 @@
-// Hips that are not in view, against the published equations as they were transcribed elsewhere, and against
-// heads that a part of the scan leaves out.
+// Hips outside the scan: against an independent transcription of the published equations, and against heads
+// in the part of a scan that was cut off.
 #include "segmentation/joints/hip_regressions.hpp"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// A sum of terms such as -0.24*PD and 7.9, at given values of its names.
+// The value of a sum of terms such as -0.24*PD and 7.9, with values of its names.
 double value(const std::string& equation, const std::map<std::string, double>& names) {
   static const std::regex term(R"(([+-]?)([0-9.]+)(?:\*([A-Z]+))?)");
   double sum = 0;
@@ -64,7 +64,7 @@ TEST(HipRegressions, EqualThePublishedEquations) {
   EXPECT_FALSE(hip_centre(HipRegression::hara, width));
 }
 
-// A pelvis turned about and shifted in space has its hips there; what was seen stays.
+// The hips move with a turned and shifted pelvis; a visible hip stays.
 TEST(HipRegressions, FollowThePelvisAsItLies) {
   const double deg = M_PI / 180;
   const Eigen::Matrix3d turn =

@@ -43,7 +43,7 @@ Image::Pointer to_itk(const GreyVolume& volume) {
   return image;
 }
 
-// the farthest that ITK and a grid place the same voxel apart, mm
+// the largest distance between ITK's and a grid's position of a voxel, mm
 double apart(const Image& image, const Grid& grid) {
   double worst = 0;
   for (int corner = 0; corner < 8; ++corner) {
@@ -67,7 +67,7 @@ struct FileCase {
 };
 void PrintTo(const FileCase& c, std::ostream* out) { *out << c.name; }
 
-// NIfTI keeps float32: 1234.5 mm to 6e-5 mm, thrice. NRRD and MetaImage keep decimals of doubles.
+// NIfTI stores float32: three times 6e-5 mm at 1234.5 mm. NRRD and MetaImage store doubles as decimals.
 class ItkAgrees : public ::testing::TestWithParam<FileCase> {};
 
 TEST_P(ItkAgrees, OnImagesWrittenByItk) {
@@ -88,7 +88,7 @@ TEST_P(ItkAgrees, OnImagesWrittenByItk) {
   }
 }
 
-// Text, as a header with its numbers in one file and in two.
+// Text voxels, in one file with the header and in a separate file.
 TEST(ItkAgrees, OnTextVoxels) {
   ScratchFolder folder;
   const GreyVolume volume = noise_volume(oblique_grid(false, 0), Quantity::hu);
@@ -112,7 +112,7 @@ TEST(ItkAgrees, OnTextVoxels) {
   }
 }
 
-// Slices in files of their own, which ITK reads as we do.
+// One file per slice, which ITK reads as we do.
 TEST(ItkAgrees, OnListsOfSlices) {
   ScratchFolder folder;
   const GreyVolume volume = noise_volume(oblique_grid(false, 0), Quantity::hu);

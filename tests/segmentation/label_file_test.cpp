@@ -1,4 +1,4 @@
-// Label maps in and out: numbers, names, parts.
+// Reading and writing label maps: numbers, names, parts.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -19,7 +19,7 @@ void put_text(const std::string& path, const std::string& text) {
   put_bytes(path, {text.begin(), text.end()});
 }
 
-// labels as int16, as another program might have written them
+// labels as int16, as another program may write them
 void write_numbers(const std::string& path, const std::vector<std::int16_t>& numbers) {
   GreyVolume volume;
   volume.grid.size = {static_cast<std::int64_t>(numbers.size()), 1, 1};
@@ -62,8 +62,8 @@ TEST(LabelFile, NamesAreNeverFormulasAndRoundTrip) {
   EXPECT_EQ(back->map.names, map.names);
 }
 
-// As 3D Slicer saves a segmentation: three segments of which two overlap, in two layers, cropped to what they
-// hold.
+// As 3D Slicer saves a segmentation: three segments, two of them overlapping, in two layers, cropped to their
+// contents.
 TEST(LabelFile, ReadsLayersOf3dSlicer) {
   const std::string keys =
       "Segmentation_ContainedRepresentationNames:=Binary "
@@ -74,7 +74,7 @@ TEST(LabelFile, ReadsLayersOf3dSlicer) {
   const std::string place = "space: left-posterior-superior\nspace origin: (10,20,30)\nencoding: raw\n";
   // voxels of layer 0 and of layer 1
   const std::vector<unsigned char> zero{1, 1, 2, 0}, one{0, 1, 1, 1};
-  const std::vector<std::uint8_t> expected{1, 2, 3, 2};  // of overlapping segments the later one
+  const std::vector<std::uint8_t> expected{1, 2, 3, 2};  // the later of overlapping segments
   struct Case {
     std::string header;
     std::vector<unsigned char> voxels;
@@ -106,7 +106,7 @@ TEST(LabelFile, ReadsLayersOf3dSlicer) {
     ASSERT_FALSE(volume);
     EXPECT_NE(volume.error().message().find("segmentation with 2 layers"), std::string::npos);
 
-    // voxels at the file's end, whatever stands before them
+    // voxels at the file's end, after arbitrary bytes
     std::string skipping = text;
     skipping.insert(skipping.find("encoding"), "byte skip: -1\n");
     put("c.seg.nrrd", skipping + "xyz");
@@ -124,7 +124,7 @@ TEST(LabelFile, ReadsLayersOf3dSlicer) {
     EXPECT_NE(damaged.error().message().find("damaged header: it states 1.84e+19 voxels"), std::string::npos)
         << damaged.error().message();
 
-    // a layer that is not there
+    // a missing layer
     text.replace(text.find("Segment1_Layer:=1"), 17, "Segment1_Layer:=4");
     put("b.seg.nrrd", text);
     const auto bad = read_labels(folder / "b.seg.nrrd");
@@ -132,7 +132,7 @@ TEST(LabelFile, ReadsLayersOf3dSlicer) {
     EXPECT_NE(bad.error().message().find("segment 1 ('skin') is value 1 of layer 4"), std::string::npos)
         << bad.error().message();
 
-    // a number that 64 bits cannot hold
+    // a number beyond 64 bits
     text.replace(text.find("Segment1_Layer:=4"), 17, "Segment1_Layer:=1e19");
     put("c.seg.nrrd", text);
     const auto huge = read_labels(folder / "c.seg.nrrd");
@@ -159,8 +159,9 @@ TEST(LabelFile, ReadsSegmentNamesOf3dSlicer) {
   EXPECT_EQ(read->names[17], "tumour");
 }
 
-// 3D Slicer's tags tell the class where a person named the segment anew, and its ID where there are no codes.
-// Codes: DICOM PS3.16, CID 4031 (71341001 femur, T-12710 in SRT), CID 244 (7771000 left, 24028007 right).
+// 3D Slicer's tags give the class if the user renamed the segment, and the segment's ID gives it without
+// codes. Codes: DICOM PS3.16, CID 4031 (71341001 femur, T-12710 in SRT), CID 244 (7771000 left, 24028007
+// right).
 TEST(LabelFile, TerminologyOf3dSlicerGivesTheClass) {
   ScratchFolder folder;
   const auto tags = [](const std::string& type, const std::string& side) {
@@ -257,7 +258,7 @@ TEST(LabelFile, RefusesFilesThatAreNoLabelMap) {
   EXPECT_NE(refusal("fine.nii", "no.tsv").find("no.tsv"), std::string::npos);
 }
 
-// Counted by the organ list beside it: voxels of each id.
+// Voxels of each id, as counted in the organ list.
 TEST(LabelFile, IcrpLabelCountsMatchTheirOrganList) {
   const std::string folder = test::shared_folder() + "/volumes/icrp_am/";
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << "the ICRP male is not there: " << folder;

@@ -1,5 +1,5 @@
-// What landmarks state of themselves (tests/suite/landmark_trials.hpp): bodies of 1.25 to 2.0 m on slices of
-// 3 to 8 mm. `landmark_trials` makes the same of more of them, as a table.
+// Stated deviations of landmarks against their errors (tests/suite/landmark_trials.hpp): bodies of 1.25 to
+// 2.0 m on slices of 3 to 8 mm. The program `landmark_trials` prints a table for more bodies.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,7 +12,8 @@
 namespace borelli {
 namespace {
 
-// Two standard deviations hold 95 % of normal errors: of n coordinates, with three binomial deviations' room.
+// Two standard deviations cover 95 % of normal errors; the count of n coordinates may be three binomial
+// deviations lower.
 void expect_honest(int within, int all, const std::string& what) {
   const double share = static_cast<double>(within) / all;
   EXPECT_GT(share, 0.95 - 3 * std::sqrt(0.95 * 0.05 / all)) << what << ": " << within << " of " << all;

@@ -1,4 +1,4 @@
-// Joints that make a limb unlike the other side's say so; true bodies' sides, and what they show, stay quiet.
+// Joints that make a limb unlike the other side's are doubted; real bodies' sides are not.
 #include "segmentation/joints/limb_lengths.hpp"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// hips and shoulders of an adult of usual size; the limbs as the phantom has them
+// hips and shoulders of an average adult; limbs as in the phantom
 struct Body {
   Trunk trunk;
   Limbs limbs;
@@ -73,7 +73,7 @@ TEST(LimbLengths, DoubtsTheLessCertainSide) {
   EXPECT_NEAR(body.doubted("knee_right").deviation, 30, 0.1);
   EXPECT_TRUE(body.marks["knee_right"].source.ends_with(unlike_other_side));
   EXPECT_EQ(body.marks["knee_left"].deviation, 2);
-  // the shank tells nothing more where its knee is in doubt
+  // the shank is not compared while its knee is in doubt
   EXPECT_EQ(body.marks["ankle_right"].deviation, 2);
 }
 
@@ -86,7 +86,7 @@ TEST(LimbLengths, DoubtsItsEpicondylesToo) {
   EXPECT_EQ(body.marks["knee_lateral_left"].deviation, 2);
 }
 
-// There the surer one may be a cylinder fitted to another bone.
+// On large voxels the joint with the smaller deviation may be a cylinder fitted to another bone.
 TEST(LimbLengths, DoubtsBothSidesOnLargeVoxels) {
   Body body;
   body.lengthen("hip_left", "knee_left", 30);
@@ -164,15 +164,16 @@ GridOptions voxels(double edge) {
   return grid;
 }
 
-// A patella before broad condyles, and a slender plateau below: the waist between them is the joint's line.
+// A patella in front of broad condyles, and a narrow plateau below: the narrowest level between them is the
+// joint line.
 TEST(LimbLengths, MeasuresAKneeBehindAPatella) {
   const Scanned of = scanned(9, Sex::female, voxels(3));
   for (const char* knee : {"knee_left", "knee_right"}) EXPECT_LT(off(of, knee), 3) << knee;
   EXPECT_FALSE(warns(of, "unlike"));
 }
 
-// The field of view cuts along the shank's bones to the heel: that they grow slender is no shaft, and the
-// foot's bones are no ankle.
+// The field of view cuts along the shank's bones to the heel. Their narrowing is not a shaft, and the foot's
+// bones are not an ankle.
 TEST(LimbLengths, PlacesACutAnkleByTheOtherLeg) {
   const Scanned of = scanned(40, Sex::male, voxels(4), 380);
   const auto& ankle = of.found.landmarks.find("ankle_left")->second;
@@ -184,14 +185,14 @@ TEST(LimbLengths, PlacesACutAnkleByTheOtherLeg) {
   EXPECT_LT(off(of, "ankle_right"), 3);
 }
 
-// The scan ends just below the elbows: a shaft that broadens is no elbow.
+// The scan ends at the elbows: a widening shaft is not an elbow.
 TEST(LimbLengths, FindsNoElbowIfTheScanEndsAboveIt) {
   GridOptions grid = voxels(4);
   grid.crop_low[2] = 1150, grid.crop_high[2] = 1500;
   const Scanned of = scanned(40, Sex::male, grid);
-  EXPECT_GT(of.body.landmarks.find("elbow_right")->second.point[2], 1130);  // near the end it is
+  EXPECT_GT(of.body.landmarks.find("elbow_right")->second.point[2], 1130);  // it lies near the end
   for (const char* side : {"_left", "_right"}) {
-    // what shows of a forearm may place one by proportion
+    // the visible part of a forearm may place one by proportion
     const auto elbow = of.found.landmarks.find("elbow" + std::string(side));
     if (elbow != of.found.landmarks.end()) {
       EXPECT_TRUE(elbow->second.source.starts_with("proportion")) << elbow->second.source;
@@ -206,7 +207,7 @@ TEST(LimbLengths, FindsNoElbowIfTheScanEndsAboveIt) {
   }
 }
 
-// Forearms whose bones run into each other: their wrists are right, or doubted by name.
+// Forearms whose bones touch: their wrists are right, or a warning names them.
 TEST(LimbLengths, TouchingForearmsAreRightOrDoubted) {
   const Scanned of = scanned(75, Sex::male, voxels(3), 0,
                              {{"shoulder_left_flexion", 20},

@@ -1,5 +1,5 @@
-// Legs alone and heads alone: the parts that are there, against the phantom's exact labels; and pieces of a
-// body that look like them, which are none.
+// Legs alone and heads alone: the parts in view, against the phantom's exact labels. Similar pieces of a body
+// get no labels.
 #include <cmath>
 #include <map>
 #include <string>
@@ -16,7 +16,7 @@ using Eigen::Vector3d;
 
 using Lone = ScannedBody;
 
-// what a scan shows from `low` to `high` mm above or below a landmark
+// the scan from `low` to `high` mm relative to a landmark
 Lone scanned(std::uint64_t variation, Sex sex, const char* landmark, double low, double high,
              Convention convention = Convention::deleva1996) {
   SegmentOptions options;
@@ -79,7 +79,7 @@ TEST(LoneParts, FindsLegsFromTheMiddleOfTheThighs) {
   }
 }
 
-TEST(LoneParts, FindsAHeadAboveTheNecksFoot) {
+TEST(LoneParts, FindsAHeadCutAtTheNeckLandmark) {
   for (const auto& [variation, sex] : {std::pair{201, Sex::male}, {202, Sex::female}}) {
     const Lone of = scanned(static_cast<std::uint64_t>(variation), sex, "neck", 10, all);
     expect_only(of, {{"head", cut}}, 0.98);
@@ -101,18 +101,18 @@ TEST(LoneParts, FindsAHeadWithAPieceOfTheTrunk) {
   }
 }
 
-// With other conventions as well: these have no plane of their own at a lone head's or lone legs' ends. The
-// exact labels are cut by planes; by bone the knee is cut at its surface, which gives each shank a patella
-// and each of these short thighs the flesh in front of a shank's end: .95 in both at best (measured), of
-// which the limit leaves two hundredths for noise. By planes nothing differs.
-TEST(LoneParts, FindsThemByOtherConventions) {
+// The other conventions give the same parts, since they have no own plane at the ends of lone heads or legs.
+// The exact labels are cut by planes. `bone` cuts the knee at its surface, which gives each shank a patella
+// and each of these short thighs the flesh in front of a shank's end; Dice is at best .95 for both
+// (measured), and the limit allows .02 for noise.
+TEST(LoneParts, FindsPartsByOtherConventions) {
   for (const auto& [convention, least] : {std::pair{Convention::dempster, 0.95}, {Convention::bone, 0.93}}) {
     expect_only(scanned(203, Sex::male, "knee_left", -all, 170, convention), legs, least);
     expect_only(scanned(201, Sex::male, "neck", 10, all, convention), {{"head", cut}}, 0.98);
   }
 }
 
-// Knees without ankles, shanks without knees, a belly, a chest without its shoulders: as ever, nothing.
+// Knees without ankles, shanks without knees, a belly, a chest without shoulders: no labels.
 TEST(LoneParts, LabelsNothingInOtherPieces) {
   for (const auto& [landmark, low, high] : {std::tuple{"knee_left", -170.0, 170.0},
                                             {"knee_left", -all, -60.0},

@@ -1,4 +1,4 @@
-// The ready mappings' places against bodies that have nothing to do with them: the ICRP 110 phantoms.
+// The stored positions of classes in the ready mappings against independent bodies, the ICRP 110 phantoms.
 #include "segmentation/files/mapping_fit.hpp"
 
 #include <gtest/gtest.h>
@@ -32,14 +32,14 @@ TEST(MappingFit, IcrpOrgansLieAtTheirNamedPlaces) {
   }
 }
 
-// Every class of TotalSegmentator's tables has a place in the body, and every place a class.
+// Every class of TotalSegmentator's tables has a stored position, and every position a class.
 TEST(MappingFit, EveryClassHasAPlace) {
   for (const char* name : {"totalsegmentator", "totalsegmentator_v1", "totalsegmentator_mr"}) {
     const auto mapping = class_mapping(name);
     ASSERT_TRUE(mapping);
     for (const auto& entry : mapping->entries) {
       if (!entry.label) continue;
-      // by far too large wherever it lies
+      // far too large at any position
       const NumberPlace place{*entry.label, 1e6, Eigen::Vector3d::Zero()};
       EXPECT_EQ(fit_of({place}, *mapping).misplaced, std::vector<std::string>{entry.name});
     }

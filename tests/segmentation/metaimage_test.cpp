@@ -58,14 +58,14 @@ TEST(MetaImage, RoundTripsExactlyAndRefusesShear) {
   ScratchFolder folder;
   const GreyVolume volume = noise_volume(oblique_grid(true, 0), Quantity::density_kgm3);
   ASSERT_TRUE(write_volume(folder / "a.mha", volume));
-  auto dense = volume;  // a density is not negative
+  auto dense = volume;  // densities must not be negative
   for (auto& v : dense.voxels) v = static_cast<std::int16_t>(v + 1024);
   ASSERT_TRUE(write_volume(folder / "a.mha", dense));
   const auto back = read_volume(folder / "a.mha");
   ASSERT_TRUE(back) << back.error().message();
   EXPECT_EQ(back->volume.voxels, dense.voxels);
   EXPECT_EQ(back->volume.quantity, Quantity::density_kgm3);
-  // cosines and spacings are kept as doubles; their products round once more
+  // cosines and spacings are stored as doubles; their products round once more
   EXPECT_LT((back->volume.grid.axes - volume.grid.axes).cwiseAbs().maxCoeff(), 1e-14);
 
   const auto refused = write_volume(folder / "b.mha", noise_volume(oblique_grid(false, 0.3), Quantity::hu));

@@ -49,8 +49,8 @@ TEST(Morphology, DistanceIsToTheNearestSetVoxel) {
 }
 
 TEST(Morphology, DistancesAgreeUpToTheirReach) {
-  // reaches of less and of more than 127 voxels, whose squares are held in 16 and in 32 bits; rows longer
-  // than a vector; and the grid's outside as near as its border
+  // limits below and above 127 voxels, whose squares need 16 and 32 bits; rows longer than a vector;
+  // distances to the grid's outside
   const double step = 1.5;
   for (const double share : {0.0005, 0.9, 0.0}) {
     const Mask mask = random_mask({71, 9, 13}, step, share, 5);
@@ -107,7 +107,7 @@ TEST(Morphology, RegionsAreLargestFirstAndKnowTheirBox) {
   Mask mask = random_mask({10, 10, 10}, 1, 0, 1);
   for (std::int64_t i = 1; i < 5; ++i) mask.at(i, 2, 2) = 1;
   mask.at(8, 8, 8) = 1;
-  mask.at(9, 9, 9) = 1;  // touches the one before by a corner only
+  mask.at(9, 9, 9) = 1;  // touches the previous one only at a corner
   const Regions by_corners = connected_regions(mask, 26), by_faces = connected_regions(mask, 6);
   ASSERT_EQ(by_corners.list.size(), 2U);
   EXPECT_EQ(by_faces.list.size(), 3U);
@@ -118,7 +118,7 @@ TEST(Morphology, RegionsAreLargestFirstAndKnowTheirBox) {
   EXPECT_EQ(by_corners.number.at(9, 9, 9), 2);
 }
 
-// Each voxel takes the least place among itself and its neighbours until none changes.
+// Each voxel takes the smallest index among itself and its neighbours until none changes.
 std::vector<std::size_t> spread_places(const Mask& mask, int neighbours) {
   const Grid& g = mask.grid;
   std::vector<std::size_t> place(g.count());
@@ -147,7 +147,7 @@ TEST(Morphology, RegionsMatchFloodFill) {
       const Mask mask = random_mask({19, 7, 8}, 1, share, 11);
       const Regions regions = connected_regions(mask, neighbours);
       const auto place = spread_places(mask, neighbours);
-      std::map<std::size_t, std::int32_t> number;  // of the region about a place
+      std::map<std::size_t, std::int32_t> number;  // region number by index
       std::vector<std::int64_t> voxels(regions.list.size() + 1, 0);
       for (std::size_t o = 0; o < mask.grid.count(); ++o) {
         const std::int32_t here = regions.number.voxels[o];
@@ -163,7 +163,7 @@ TEST(Morphology, RegionsMatchFloodFill) {
           EXPECT_LE(regions.list[n].voxels, regions.list[n - 1].voxels);
         }
       }
-      for (const int threads : {1, 2, 3, 20}) {  // wherever slabs meet
+      for (const int threads : {1, 2, 3, 20}) {  // borders between slabs at different positions
         const Regions same = connected_regions(mask, neighbours, threads);
         EXPECT_TRUE(std::equal(same.number.voxels.get(), same.number.voxels.get() + mask.grid.count(),
                                regions.number.voxels.get()));

@@ -1,5 +1,5 @@
-// MR: the phantom drawn with intensities by tissue, a known smooth bias field and noise; its tissues and mass
-// come back.
+// MR: the phantom with intensities by tissue, a known smooth bias field and noise; its tissues and mass are
+// recovered.
 #include "segmentation/labelling/mr_tissues.hpp"
 
 #include <gtest/gtest.h>
@@ -35,7 +35,7 @@ double brightness(std::string_view tissue) {
   return 0;
 }
 
-// a coil's field: 0.7 to 1.4 over the body
+// a coil's sensitivity: 0.7 to 1.4 over the body
 double bias_at(const Vector3d& p, const Vector3d& middle, double length) {
   const Vector3d x = (p - middle) / length;
   return std::exp(0.8 * x[2] - 0.9 * x[2] * x[2] + 0.9 * x[0] - 1.2 * x[1]);
@@ -76,7 +76,7 @@ Drawn drawn(double spacing, double noise) {
           d.tissue[o] = it->second;
         double signal = brightness(d.tissue[o]);
         signal *= bias_at(p, d.middle, d.length);
-        // the length of a complex signal with noise in both parts (Rice)
+        // the magnitude of a complex signal with noise in both parts (Rice)
         const double value = std::hypot(signal + normal(random), normal(random));
         d.mr.voxels[o] = static_cast<std::int16_t>(std::lround(value));
       }
@@ -103,15 +103,15 @@ TEST(MrTissues, GiveClassesAndMassOfThePhantom) {
       ++all_lean, right_lean += found == label(MrTissue::lean);
     if (tissue == "lung") ++all_lung, right_lung += found == label(MrTissue::gas);
   }
-  // voxels hold one tissue each; what is lost is noise (20 beside 570 between the classes) and the field's
-  // rest
+  // each voxel has one tissue; errors come from noise (20, with 570 between the classes) and the residual
+  // field
   EXPECT_GT(right_fat / all_fat, 0.97);
   EXPECT_GT(right_lean / all_lean, 0.97);
   EXPECT_GT(right_lung / all_lung, 0.9);
   EXPECT_LT(lost / body, 0.01);
   EXPECT_LT(more / body, 0.01);
-  // fat and lean tissue weigh what they do in the phantom within 1 %; of the bones' 10 kg cortex is taken as
-  // 1500 of its 1900 kg/m^3 and spongiosa as fat, 950 of its 1170
+  // fat and lean tissue have the phantom's masses within 1 %; of the bones' 10 kg, cortex counts 1500 instead
+  // of 1900 kg/m^3, and spongiosa counts as fat, 950 instead of 1170
   EXPECT_NEAR(mass, d.body.whole.mass, 0.03 * d.body.whole.mass);
   bool said = false;
   for (const auto& warning : read->warnings)
@@ -119,7 +119,7 @@ TEST(MrTissues, GiveClassesAndMassOfThePhantom) {
   EXPECT_TRUE(said);
 }
 
-// The field itself, up to its mean, against the one that was drawn.
+// The found field against the drawn one, up to a factor.
 TEST(MrTissues, RecoverTheDrawnBiasField) {
   const Drawn d = drawn(10, 10);
   Volume<float> mr{d.mr.grid, {d.mr.voxels.begin(), d.mr.voxels.end()}};
@@ -142,7 +142,7 @@ TEST(MrTissues, RecoverTheDrawnBiasField) {
   const double left = std::sqrt(square / count - std::pow(sum / count, 2)),
                drawn_spread = std::sqrt(spread / count - std::pow(mean / count, 2));
   EXPECT_GT(drawn_spread, 0.15);
-  // N4 leaves a part where tissues themselves change along the body: legs of muscle, a trunk of organs
+  // N4 leaves a residual where tissues change along the body: muscle in the legs, organs in the trunk
   EXPECT_LT(left, 0.35 * drawn_spread);
   const auto again = bias_field(mr, mask);
   ASSERT_TRUE(again);
@@ -162,11 +162,12 @@ TEST(MrTissues, BonesOfALabelMapHaveBoneDensity) {
   ASSERT_TRUE(with) << with.error().message();
   double mass = 0;
   for (const auto v : with->density.voxels) mass += v * d.mr.grid.voxel_volume() * 1e-9;
-  // cortex 1920 and spongiosa 1180 against the phantom's 1900 and 1170: what is left is fat, lean and lung
+  // cortex 1920 and spongiosa 1180 against the phantom's 1900 and 1170; the rest of the error is from fat,
+  // lean tissue and lung
   EXPECT_NEAR(mass, d.body.whole.mass, 0.02 * d.body.whole.mass);
 }
 
-// Parts of a body in which no bone is seen, by the joints alone.
+// Parts of a body without visible bones, from joints alone.
 TEST(MrTissues, LandmarksAloneGiveParts) {
   const Drawn d = drawn(4, 15);
   const auto read = read_mr(d.mr);
@@ -197,7 +198,7 @@ TEST(MrTissues, RefuseOtherVolumes) {
   EXPECT_NE(dark.error().message().find("no signal"), std::string::npos);
 }
 
-// A real knee: what is seen of it has a body's density, and no part is invented.
+// A real knee: its tissue has a plausible density, and no part is labelled.
 TEST(MrTissues, ReadARealKnee) {
   const std::string folder = test::shared_folder() + "/volumes/mr_knee_dicom";
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << "the knee scan is not beside the checkout";
@@ -212,8 +213,8 @@ TEST(MrTissues, ReadARealKnee) {
     litres += (v > 0) * g.voxel_volume() * 1e-6;
     mass += v * g.voxel_volume() * 1e-9;
   }
-  // a knee of 17 cm length in 10 cm of slices: at most the field of view, 3.0 litres, and more than half a
-  // cylinder in it
+  // a knee in 10 cm of slices with a field of view of 17 cm: at most the whole view, 3.0 litres, and more
+  // than half of its inscribed cylinder
   EXPECT_GT(litres, 1.0);
   EXPECT_LT(litres, 0.95 * static_cast<double>(g.count()) * g.voxel_volume() * 1e-6);
   EXPECT_GT(mass / litres, 0.95);

@@ -1,4 +1,4 @@
-// NIfTI in and out: against the header's bytes taken by hand, against real files, against damage.
+// Reading and writing NIfTI: hand-made headers, real files, damage.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -31,7 +31,8 @@ void set_field(std::vector<char>& bytes, std::size_t offset, T value) {
   std::memcpy(bytes.data() + offset, &value, sizeof value);
 }
 
-// the header keeps float32: 24 bits of the largest entry (1234.5 mm) are 7e-5 mm; entries of the axes 3e-7 mm
+// the header stores float32: 24 bits of the largest entry (1234.5 mm) are 7e-5 mm; entries of the axes 3e-7
+// mm
 constexpr double origin_tolerance = 1e-4, axes_tolerance = 5e-7;
 
 struct GridCase {
@@ -62,8 +63,8 @@ TEST_P(NiftiRoundTrip, KeepsGridVoxelsAndQuantity) {
   }
 }
 
-// The header's bytes as nifti1.h has them: the sform places voxel (1, 2, 3) where the grid does, in RAS; the
-// qform, where it is set, says the same by the formula of nifti1.h.
+// The header's bytes as nifti1.h has them: the sform places voxel (1, 2, 3) where the grid does, in RAS; a
+// set qform gives the same by the formula of nifti1.h.
 TEST_P(NiftiRoundTrip, HeaderMatchesHandWrittenBytes) {
   ScratchFolder folder;
   const Grid grid = oblique_grid(GetParam().mirrored, GetParam().sheared);
@@ -125,10 +126,10 @@ struct HandMade {
   void sform(const std::array<float, 12>& rows) {
     set_field<std::int16_t>(bytes, 254, 1);
     for (std::size_t i = 0; i < 12; ++i) set_field(bytes, 280 + 4 * i, rows[i]);
-    for (std::size_t c = 0; c < 3; ++c)  // pixdim says the same
+    for (std::size_t c = 0; c < 3; ++c)  // pixdim agrees
       set_field(bytes, 80 + 4 * c, std::hypot(rows[c], rows[4 + c], rows[8 + c]));
   }
-  // turns all that is read, after `count` voxels of `width` bytes were added
+  // converts all fields, and `count` voxels of `width` bytes, to big-endian
   void to_big_endian(std::size_t width, std::size_t count) {
     const auto turn = [&](std::size_t offset, std::size_t bytes, std::size_t n) {
       for (std::size_t i = 0; i < n; ++i)
@@ -178,7 +179,8 @@ TEST(Nifti, ReadsEveryScalarTypeWithSlopeAndIntercept) {
   expect_values<double>(64, {-999.6, 0.4, 40.6, 3000}, 1, 0, {-1000, 0, 41, 3000});
 }
 
-// Files of many blocks, whose voxels are turned and looked over while more are read, and converted in slabs.
+// Files of many blocks, whose voxels are byte-swapped and checked while more are read, and converted in
+// slabs.
 template <class T>
 void expect_blocks(std::int16_t datatype, bool big_endian, bool packed) {
   SCOPED_TRACE(testing::Message() << "datatype " << datatype << (big_endian ? ", big endian" : "")
@@ -297,7 +299,7 @@ TEST(Nifti, ReportsConflictingSformAndQform) {
   EXPECT_EQ(apart->volume.grid, same->volume.grid);
 }
 
-// Where the two forms are mirror images of each other, no reader can tell the patient's left.
+// If sform and qform are mirror images, the patient's left is unknown.
 TEST(Nifti, RefusesMirroredForms) {
   ScratchFolder folder;
   HandMade file({3, 2, 2, 1, 1, 1, 1, 1}, 4, 16);
@@ -330,14 +332,14 @@ TEST(Nifti, ReadsUnitsOfLength) {
     float voxel;
     double mm;
   };
-  // metres, millimetres, micrometres, not said (then millimetres, as programs mean it); 16: seconds beside it
+  // metres, millimetres, micrometres, unset (programs mean millimetres); 16: seconds in the same field
   for (const Case& c : {Case{1, 0.002F, 2}, {2, 2, 2}, {3, 500, 0.5}, {0, 2, 2}, {2 + 16, 2, 2}}) {
     const auto fine = read(c.code, c.voxel);
     ASSERT_TRUE(fine) << fine.error().message();
     EXPECT_TRUE(fine->warnings.empty()) << fine->warnings[0];
     EXPECT_NEAR(fine->volume.grid.spacing()[0], c.mm, 1e-6);
   }
-  for (const char code : {char{1}, char{3}}) {  // what is written so means millimetres
+  for (const char code : {char{1}, char{3}}) {  // such files mean millimetres
     const auto doubted = read(code, 0.9F);
     ASSERT_TRUE(doubted) << doubted.error().message();
     EXPECT_NEAR(doubted->volume.grid.spacing()[0], 0.9, 1e-6);
@@ -400,8 +402,7 @@ TEST(Nifti, RefusesDamageInOneSentence) {
   }
 }
 
-// Whatever bytes stand in a header, the answer is a volume or a sentence; never a crash, never memory without
-// end.
+// Any header bytes give a volume or a one-sentence error, never a crash or endless memory.
 TEST(Nifti, FlippedHeaderBytesNeverCrash) {
   ScratchFolder folder;
   HandMade file({3, 4, 4, 4, 1, 1, 1, 1}, 4, 16);

@@ -1,4 +1,4 @@
-// What is said of limbs whose joints were not found, on a body that holds them all.
+// Messages about limbs whose joints were not found, on a complete body.
 #include <gtest/gtest.h>
 
 #include "samples/phantom_voxels.hpp"
@@ -15,7 +15,7 @@ TEST(NotParted, PartWithItsNeighbourIsNotWhole) {
   options.spacing = {6, 6, 6};
   Scan made = voxelise(*phantom, phantom_grid(*phantom, options));
   GreyVolume& scan = made.grey;
-  // forearms and hands without bones: no elbow and no wrist can be told
+  // forearms and hands without bones: elbows and wrists cannot be found
   for (std::size_t o = 0; o < scan.voxels.size(); ++o) {
     const int label = made.labels.voxels[o];
     if (label >= part_label("forearm_left") && label <= part_label("hand_right") && scan.voxels[o] > 100)
@@ -28,8 +28,7 @@ TEST(NotParted, PartWithItsNeighbourIsNotWhole) {
   int not_parted = 0;
   for (std::size_t n = 5; n < parts.size(); ++n) {
     const PartFinding& finding = found->part[n];
-    EXPECT_NE(finding.coverage, Coverage::absent)
-        << parts[n].name;  // the whole phantom below the neck is there
+    EXPECT_NE(finding.coverage, Coverage::absent) << parts[n].name;  // the phantom is complete below the neck
     if (finding.volume > 0) continue;
     ++not_parted;
     EXPECT_EQ(finding.coverage, Coverage::cut) << parts[n].name;
@@ -42,11 +41,11 @@ TEST(NotParted, PartWithItsNeighbourIsNotWhole) {
             << found->part[p].note;
       }
   }
-  EXPECT_GE(not_parted, 2);  // a forearm or hand at least on each side
+  EXPECT_GE(not_parted, 2);  // at least a forearm or hand on each side
 }
 
-// Where one wrist lies on the other a hand's bones go to the wrong arm: neither hand passes for one, and the
-// upper arm ends at its elbow though its forearm has no wrist.
+// If one wrist lies on the other, a hand's bones are assigned to the wrong arm. Then neither hand counts as
+// certain, and the upper arm still ends at its elbow although its forearm has no wrist.
 TEST(NotParted, TouchingHandsAreDoubted) {
   PhantomOptions options;
   options.variation = 5302;

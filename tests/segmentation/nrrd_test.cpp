@@ -40,7 +40,7 @@ Result<ScannedVolume> read_text(const std::vector<char>& bytes) {
   return read_volume(folder / "a.nrrd", as_hu);
 }
 
-// Shear is in the file: the vectors in our header, parsed here by themselves, are the grid's axes to the last
+// The file keeps shear: the vectors in our header, parsed here independently, equal the grid's axes bit for
 // bit.
 TEST(Nrrd, KeepsShearedGridsExactly) {
   ScratchFolder folder;
@@ -65,7 +65,7 @@ TEST(Nrrd, KeepsShearedGridsExactly) {
       stream >> value;
       EXPECT_EQ(value, volume.grid.axes(r, c));
     }
-  // the voxels are one gzip stream behind the empty line
+  // the voxels are one gzip stream after the empty line
   const auto start = text.find("\n\n") + 2;
   std::vector<std::int16_t> voxels(volume.voxels.size());
   z_stream z{};

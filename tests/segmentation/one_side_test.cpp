@@ -1,5 +1,5 @@
-// One side of a body that the scan's side cuts lengthwise, at its middle and to either side of it: the parts
-// in view, against the phantom's exact labels.
+// One side of a body, cut lengthwise by the scan's side at the middle, beyond it and before it: the parts in
+// view, against the phantom's exact labels.
 #include <cmath>
 #include <map>
 #include <string>
@@ -31,7 +31,7 @@ OneSide scanned(std::uint64_t variation, Sex sex, bool left, double beyond) {
   return {scanned_body(variation, sex, grid_of), left ? "_left" : "_right", left ? "_right" : "_left"};
 }
 
-// What lies on the side in view is whole but for what the crop cuts, and nothing is on the other.
+// Parts of the visible side are whole unless the crop cuts them; the other side has none.
 void expect_own_side(const OneSide& of) {
   const auto agree = dice(of.found.labels, of.exact);
   for (const std::string limb : {"upper_arm", "forearm", "hand", "thigh", "shank", "foot"}) {
@@ -46,7 +46,7 @@ void expect_own_side(const OneSide& of) {
     EXPECT_EQ(name_of(of.part(name).coverage), "cut") << name;
 }
 
-// Every point is held by its deviation.
+// Every point is within its deviation.
 void expect_within_deviations(const OneSide& of) {
   for (const auto& [name, mark] : of.found.landmarks) {
     const auto exact = of.body.landmarks.find(name);
@@ -67,7 +67,7 @@ TEST(OneSide, IsSegmentedWhenCutAtTheMiddle) {
     const OneSide of = scanned(left ? 301 : 302, left ? Sex::male : Sex::female, left, 0);
     expect_own_side(of);
     expect_within_deviations(of);
-    // half a navel is no dent: its level is by proportion, and the parts beside it are uncertain by that
+    // half a navel is not recognised: its level comes from proportions, so adjacent parts are less exact
     expect_dice(of, {{"head", 0.98}, {"upper_trunk", 0.98}, {"middle_trunk", 0.9}, {"lower_trunk", 0.9}});
     EXPECT_EQ(name_of(of.part("head").coverage), "cut");
     EXPECT_EQ(of.part("thigh" + of.other).volume, 0);
@@ -76,7 +76,7 @@ TEST(OneSide, IsSegmentedWhenCutAtTheMiddle) {
   }
 }
 
-// The column shows where the middle is: a piece of the other thigh is told from this one.
+// The spine shows the middle, so a piece of the other thigh is distinguished from this one.
 TEST(OneSide, IsSegmentedWhenCutBeyondTheMiddle) {
   for (const bool left : {true, false}) {
     const OneSide of = scanned(left ? 301 : 302, left ? Sex::male : Sex::female, left, 40);
@@ -93,7 +93,8 @@ TEST(OneSide, IsSegmentedWhenCutBeyondTheMiddle) {
   }
 }
 
-// Half a hip and a slice of the whole other leg, whose knee is not told: its thigh is said to hold its shank.
+// Half a hip and a slice of the other leg are in view. That leg's knee is not found, so a note says that its
+// thigh includes the shank.
 TEST(OneSide, IsSegmentedWhenCutThroughTheOtherHip) {
   const OneSide of = scanned(301, Sex::male, true, 90);
   expect_own_side(of);
@@ -104,7 +105,8 @@ TEST(OneSide, IsSegmentedWhenCutThroughTheOtherHip) {
   EXPECT_LE(of.part("thigh_right").confidence, 0.2);
 }
 
-// Neither column nor sternum nor navel is in view: where the trunk's parts end is a guess, and said to be.
+// Neither spine nor sternum nor navel is in view: the ends of the trunk's parts are estimates, and are marked
+// so.
 TEST(OneSide, IsSegmentedWhenCutBeforeTheMiddle) {
   for (const bool left : {true, false}) {
     const OneSide of = scanned(left ? 301 : 302, left ? Sex::male : Sex::female, left, -40);

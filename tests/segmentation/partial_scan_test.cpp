@@ -1,4 +1,4 @@
-// Scans that show a piece of a body: what is in view is found, what is not is never invented.
+// Scans of a piece of a body: parts in view are found, others are never invented.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -70,8 +70,7 @@ class PartialPhantom : public ::testing::Test {
   static inline Scan* scan_ = nullptr;
 };
 
-// A round field of view, outside of which nothing was measured: so marked in CT numbers and in densities, it
-// cuts the same parts.
+// A round field of view, marked as padding outside, in CT numbers and in densities: it cuts the same parts.
 TEST_F(PartialPhantom, NarrowViewCutsDensitiesLikeCtNumbers) {
   GreyVolume hu = scan_->grey, density = hu;
   density.quantity = Quantity::density_kgm3;
@@ -165,15 +164,15 @@ TEST_F(PartialPhantom, ChestAndHeadHaveNoHips) {
   // from half way down the upper arms
   expect_coverage(found(slice_at("shoulder_left", -100), last),
                   {{"head", whole}, {"upper_trunk", cut}, {"upper_arm_left", cut}, {"upper_arm_right", cut}});
-  // ribs below the shoulders are no shoulders, nor is a pair that the scan's end cuts
+  // neither ribs below the shoulders nor a pair of heads cut by the scan's end are shoulders
   for (const double end : {-60.0, -5.0})
     expect_coverage(found(slice_at("elbow_left", -30), slice_at("shoulder_left", end)), {});
 }
 
 TEST_F(PartialPhantom, LegsWithCutHipsAreNotArms) {
   using enum Coverage;
-  // femoral heads half in view, just in view without the pelvis above, and none: flesh of the trunk is
-  // doubted, where sockets about the heads do not keep the femora from being told
+  // femoral heads half in view, just in view without the pelvis above, and not in view: thighs say that they
+  // may include flesh of the trunk; sockets around the heads may prevent finding thighs at all
   for (const double end : {0.0, 35.0, -60.0}) {
     const auto legs = found(0, slice_at("hip_left", end));
     ASSERT_FALSE(legs.warnings.empty());
@@ -209,7 +208,8 @@ TEST_F(PartialPhantom, BellyWithHipsHasItsHips) {
   EXPECT_LT((belly.landmarks.at("hip_left").point - body_->landmarks.at("hip_left").point).norm(), 4);
 }
 
-// The scan ends between armpits and humeral heads: no part holds an arm without a word, and arms are told of.
+// The scan ends between armpits and humeral heads: parts that include an arm have a low confidence, and
+// warnings mention the arms.
 TEST_F(PartialPhantom, ArmsWithoutShouldersAreNotTrunk) {
   const Segmentation legs_and_arms = found(0, slice_at("shoulder_left", -12));
   for (const char* part : {"middle_trunk", "thigh_left", "thigh_right"}) {
@@ -252,8 +252,8 @@ TEST_F(PartialPhantom, CutHumeralHeadsAreReported) {
   }
 }
 
-// Pelvis in view down to below the iliac spines, heads not: thighs are what the planes through the spines
-// part off.
+// The pelvis is in view to below the iliac spines, but the femoral heads are not: planes through the spines
+// cut off the thighs.
 TEST_F(PartialPhantom, HipsBelowTheScanComeFromRegressions) {
   using enum Coverage;
   const auto first = slice_at("hip_left", 45), last = scan_->grey.grid.size[2] - 1;
@@ -273,7 +273,7 @@ TEST_F(PartialPhantom, HipsBelowTheScanComeFromRegressions) {
     EXPECT_GT(agreement[static_cast<std::size_t>(part_label(part))], 0.9) << part;
 }
 
-// the ICRP male and what is found in the whole of him
+// the ICRP male and the segmentation of his whole scan
 class PartialIcrp : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -308,8 +308,8 @@ TEST_F(PartialIcrp, HipsByRegressionMatchHisFemoralHeads) {
   }
 }
 
-// The upper 45 % and a chest: hips were once found in them, and thighs below. What of the thighs is in view
-// lies above his heads, outside the planes through the iliac spines.
+// The upper 45 % and a chest: hips with thighs below were once found in them. The visible part of the thighs
+// lies above the femoral heads, outside the planes through the iliac spines.
 TEST_F(PartialIcrp, UpperHalfAndChestHaveNoLegs) {
   const auto slices = scan_->grid.size[2];
   const auto first = slices * 55 / 100;
@@ -330,8 +330,8 @@ TEST_F(PartialIcrp, UpperHalfAndChestHaveNoLegs) {
   }
 }
 
-// A joint whose far one is not in view: its plane halves the angle all the same. (With an elbow's plane laid
-// square to the upper arm and none at the knee they come to .69 and .96.)
+// A joint's plane bisects the angle even if the next joint is not in view. (With an elbow's plane
+// perpendicular to the upper arm and none at the knee, Dice would be .69 and .96.)
 TEST(PartialBody, CutForearmsAndShanksStayBehindTheirJoints) {
   struct Case {
     std::uint64_t variation;

@@ -1,5 +1,5 @@
-// The suite of hard cases (tests/suite), each held to what it meets: a case misses what misses.txt lists, no
-// more and no less, so that both a loss and a gain show. `phantom_suite --misses` writes the list anew.
+// The suite of hard cases (tests/suite): each case must miss exactly the demands listed in misses.txt, so
+// both losses and gains show. `phantom_suite --misses` writes a new list.
 #include "tests/suite/phantom_suite.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// What voxels hold, decided from their values: files made by hand with one reading, with two, with none.
+// The quantity of voxels, decided from their values: hand-made files with one, two or no possible quantity.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -84,7 +84,7 @@ TEST(Quantity, RefusesAmbiguousValues) {
   const auto as_mask = decide(mask);
   ASSERT_TRUE(as_mask);
   EXPECT_EQ(as_mask->quantity, FileQuantity::labels);
-  // the sentence names the range and the choices
+  // the error names the range and the choices
   const auto refused = decide(body(1064, 60, 24));
   EXPECT_NE(refused.error().what.find("--quantity hu"), std::string::npos) << refused.error().message();
   EXPECT_EQ(refused.error().kind, Error::Kind::use);
@@ -114,7 +114,7 @@ TEST(Quantity, SuggestsPossibleQuantities) {
   ends(advice(hu, FileQuantity::density_kgm3), "give hu");
   ends(advice(grams, FileQuantity::density_kgm3), "give density_gcm3");
   ends(advice(kilograms, FileQuantity::density_gcm3), "give density_kgm3");
-  // neither: nothing is advised
+  // no quantity fits: no advice
   std::vector<float> stretched(100, -3e6f);
   stretched[0] = 3e6f;
   EXPECT_EQ(advice(stretched, FileQuantity::density_gcm3).find("give "), std::string::npos);
@@ -129,7 +129,7 @@ TEST(Quantity, GramsBecomeKilogramsPerCubicMetre) {
   EXPECT_NE(warnings[0].find("1 voxels (20 %) below 0"), std::string::npos) << warnings[0];
 }
 
-// A file that writes NaN where its scanner saw nothing reads as one that writes a padding value there.
+// A file with NaN outside the field of view reads like one with a padding value there.
 TEST(Quantity, NonFiniteValuesCountAsPadding) {
   std::vector<float> padded = body(40, 60, -1000), holes = padded;
   for (std::size_t n = 0; n < 20; ++n) padded[50 * n] = -2000, holes[50 * n] = std::nanf("");
@@ -166,7 +166,8 @@ TEST(Quantity, MrKeepsItsSteps) {
   EXPECT_TRUE(warnings.empty());
 }
 
-// Of pieces in any order what is found of all: also where some hold no finite value, or the least once more.
+// Ranges of blocks combine in any order to the range of all, even if blocks have no finite value or repeat
+// the least one.
 TEST(Quantity, RangesOfBlocksCombine) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const StoredVoxels voxels = floats({nan, nan, 3, 1.5F, -7, 2, nan, -7, -7, 4, 9, 9});
@@ -200,7 +201,7 @@ StoredVoxels stored_as(Scalar scalar, const std::vector<T>& values) {
   return voxels;
 }
 
-// what whole numbers of few bits say and become, against the same values as doubles
+// integers of few bits against the same values as doubles
 template <class T>
 void expect_as_doubles(Scalar scalar, const std::vector<T>& raw, double slope, double intercept) {
   SCOPED_TRACE(testing::Message() << scalar_name(scalar) << ' ' << slope << ' ' << intercept);
@@ -274,7 +275,7 @@ TEST(Quantity, NamesRoundTrip) {
 
 std::string shared(const std::string& name) { return test::shared_folder() + "/volumes/" + name; }
 
-// Real files, whose meaning is known from where they come.
+// Real files whose quantity is known from their source.
 TEST(Quantity, RecognisesRealFiles) {
   const std::string am = shared("icrp_am/AM_hu.nii.gz");
   if (!std::filesystem::exists(am)) GTEST_SKIP() << "the ICRP male is not there: " << am;

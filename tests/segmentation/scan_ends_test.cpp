@@ -1,6 +1,5 @@
-// Scans that end where little is left to tell parts by: within the hips, in the breastbone, above the
-// knees, in fingers and toes, beside hips, shoulders and knees. The parts in view, against the phantom's
-// exact labels.
+// Scans that end where parts are hard to distinguish: within the hips, in the sternum, above the knees, in
+// fingers and toes, beside hips, shoulders and knees. The parts in view, against the phantom's exact labels.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -15,7 +14,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// `to` moves the grid's ends, of a body whose exact landmarks it is told
+// `to` sets the grid's ends from the body's exact landmarks
 template <class To>
 ScannedBody scanned(std::uint64_t variation, const To& to) {
   const auto grid_of = [&](const Phantom& body) {
@@ -36,7 +35,8 @@ double volume(const LabelMap& labels, std::string_view name) {
          static_cast<double>(std::count(labels.voxels.begin(), labels.voxels.end(), part_label(name)));
 }
 
-// Hips that the scan's lower end cuts, and hips below it whose iliac spines are in view: thighs are thighs.
+// The scan's lower end cuts the hips, or lies above them with the iliac spines in view: thighs are still
+// found.
 TEST(ScanEnds, WithinAndBelowTheHips) {
   for (const std::uint64_t variation : {21, 58})
     for (const double above : {-22, -8, 16, 40}) {
@@ -60,7 +60,7 @@ TEST(ScanEnds, WithinAndBelowTheHips) {
     }
 }
 
-// Without hips and iliac spines nothing tells where thighs begin: what reaches down to them says so.
+// Without hips and iliac spines, the thighs' upper ends are unknown: the part that includes them has a note.
 TEST(ScanEnds, AtTheIliacCrests) {
   const ScannedBody of =
       scanned(21, [&](GridOptions& grid, const auto& mark) { grid.crop_low[2] = mark("asis_left")[2] + 6; });
@@ -70,7 +70,7 @@ TEST(ScanEnds, AtTheIliacCrests) {
   EXPECT_GT(part(of, "middle_trunk").confidence, 0.8);
 }
 
-// Where the breastbone leaves the scan in front is not its lower end.
+// The point where the sternum leaves the scan at the front is not its lower end.
 TEST(ScanEnds, InTheBreastbone) {
   const ScannedBody of = scanned(77, [&](GridOptions& grid, const auto& mark) {
     grid.crop_low[1] = 0.5 * (mark("suprasternale")[1] + mark("xiphion")[1]);
@@ -86,7 +86,7 @@ TEST(ScanEnds, InTheBreastbone) {
   }
 }
 
-// Nor is where it leaves the scan below.
+// Nor is the point where it leaves the scan at the bottom.
 TEST(ScanEnds, AboveTheXiphion) {
   for (const double above : {20.0, 60.0}) {
     const ScannedBody of = scanned(
@@ -97,7 +97,7 @@ TEST(ScanEnds, AboveTheXiphion) {
   }
 }
 
-// A femur that broadens towards a knee out of view has none, and no shank beyond.
+// A femur that widens towards a knee outside the scan gets no knee, and no shank beyond.
 TEST(ScanEnds, AboveTheKnees) {
   for (const double above : {10.0, 35.0}) {
     const ScannedBody of = scanned(201, [&](GridOptions& grid, const auto& mark) {
@@ -111,11 +111,10 @@ TEST(ScanEnds, AboveTheKnees) {
   }
 }
 
-// Fingers and toes are thinner than what is deep enough to be cut; hands and feet that merely reach to the
-// scan's end are whole.
+// Fingers and toes are so thin that depth does not show a cut; hands and feet that just reach the scan's end
+// are whole.
 TEST(ScanEnds, InFingersAndToes) {
-  for (const double beyond :
-       {-1.0, 8.0, 40.0}) {  // mm of the lowest fingertip, and of the toes, that are cut off
+  for (const double beyond : {-1.0, 8.0, 40.0}) {  // mm cut off the lowest fingertip and the toes
     const auto lowest = [](const auto& mark) {
       return std::min(mark("dactylion_3_left")[2], mark("dactylion_3_right")[2]);
     };
@@ -143,8 +142,8 @@ TEST(ScanEnds, InFingersAndToes) {
   }
 }
 
-// A side that cuts a femur's neck, and the shoulder above: both hips are heads, and the shoulder in view is
-// told without the other.
+// The scan's side cuts a femur's neck and the shoulder above: both hips are true heads, and the visible
+// shoulder is found without the other.
 TEST(ScanEnds, BesideAHip) {
   for (const std::uint64_t variation : {21, 58}) {
     const ScannedBody of = scanned(variation, [&](GridOptions& grid, const auto& mark) {
@@ -162,7 +161,7 @@ TEST(ScanEnds, BesideAHip) {
   }
 }
 
-// Ribs at a side that leaves out a shoulder are no head of one.
+// Ribs at the scan's side, beyond which a shoulder lies, are not its head.
 TEST(ScanEnds, BesideAShoulder) {
   for (const double inwards : {0.0, 20.0, 45.0}) {
     const ScannedBody of = scanned(201, [&](GridOptions& grid, const auto& mark) {
@@ -187,7 +186,8 @@ TEST(ScanEnds, BesideAShoulder) {
   }
 }
 
-// A thigh whose knee is beyond the scan's side, with pieces of the shank in view, does not pass for a thigh.
+// A thigh whose knee is beyond the scan's side, with pieces of the shank in view, is not called a whole
+// thigh.
 TEST(ScanEnds, BesideAKnee) {
   const ScannedBody of = scanned(
       401, [&](GridOptions& grid, const auto& mark) { grid.crop_high[0] = mark("hip_left")[0] + 21; });
@@ -199,8 +199,8 @@ TEST(ScanEnds, BesideAKnee) {
   EXPECT_GT(part(of, "thigh_right").confidence, 0.7);
 }
 
-// Of a hand of which little is in view large voxels show no wrist: what passes for one says how far the scan
-// goes on.
+// If little of a hand is in view, large voxels show no wrist; the estimated wrist's deviation covers the
+// distance to the scan's end.
 TEST(ScanEnds, JustBelowTheWrists) {
   for (const double below : {20.0, 35.0}) {
     const ScannedBody of = scanned(202, [&](GridOptions& grid, const auto& mark) {
@@ -218,7 +218,7 @@ TEST(ScanEnds, JustBelowTheWrists) {
   }
 }
 
-// Raised arms: a drawn body in a pose, as far as the scan shows it.
+// Raised arms: a body in a pose, with the scan's part of it.
 ScannedBody raised(std::uint64_t variation, std::map<std::string, double> pose, const Vector3d& low,
                    const Vector3d& high) {
   PhantomOptions options;
@@ -237,7 +237,7 @@ ScannedBody raised(std::uint64_t variation, std::map<std::string, double> pose, 
   return {*body, scan.labels, *found};
 }
 
-// Where the scan ends above the elbows of raised, bent arms, the forearms in view tell which side is medial.
+// If the scan ends above the elbows of raised, bent arms, the visible forearms show which side is medial.
 TEST(ScanEnds, AboveRaisedElbows) {
   const ScannedBody of = raised(931,
                                 {{"shoulder_left_abduction", 150},
@@ -254,7 +254,8 @@ TEST(ScanEnds, AboveRaisedElbows) {
   }
 }
 
-// Raised arms that leave the scan at its side at the elbow and come back: what they hold then is told.
+// Raised arms leave the scan at its side at the elbow and come back: parts that include their flesh have a
+// low confidence.
 TEST(ScanEnds, BesideRaisedElbows) {
   const ScannedBody arms = raised(911,
                                   {{"shoulder_left_abduction", 110},

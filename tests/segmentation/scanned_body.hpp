@@ -1,4 +1,4 @@
-// A drawn body as a scanner shows it, and what is found in that.
+// A drawn body's scan and its segmentation.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -16,8 +16,8 @@ struct ScannedBody {
   Segmentation found;
 };
 
-/// Body `variation`, with voxels of mixed tissue and a noise of 10 HU; `grid_of` tells what of the body the
-/// scan shows.
+/// Body `variation` with mixed voxels and a noise of 10 HU; `grid_of` gives the scan's grid and thus its part
+/// of the body.
 template <class GridOf>
 ScannedBody scanned_body(std::uint64_t variation, Sex sex, const GridOf& grid_of,
                          const SegmentOptions& options = {}) {

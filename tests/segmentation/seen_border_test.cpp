@@ -9,8 +9,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Muscle up to x = 10 mm and from 30 mm on, fat between, and in it a layer of `hu`, `thick` mm about
-// `middle`; voxels of 1 mm that hold the mean over them.
+// Muscle up to x = 10 mm and from 30 mm on, with fat in between and a layer of `hu`, `thick` mm wide, centred
+// on `middle`; voxels of 1 mm hold means.
 GreyVolume layers(double middle, double thick, double hu) {
   GreyVolume scan;
   scan.grid.size = {60, 20, 20};

@@ -1,4 +1,4 @@
-// What segmentation says of volumes that it cannot part.
+// Segmentation's errors for volumes that it cannot segment.
 #include <gtest/gtest.h>
 
 #include "grids.hpp"

@@ -1,5 +1,5 @@
-// Parts, joint centres and coverage that the program finds in raw grey volumes, against the phantom's exact
-// table and landmarks, and against the ICRP male's own bones.
+// Parts, joint centres and coverage found in grey volumes, against the phantom's exact table and landmarks
+// and against the ICRP male's bones.
 #include "segmentation/labelling/segment.hpp"
 #include "tests/paths.hpp"
 #include "tests/segmentation/dice.hpp"
@@ -41,7 +41,7 @@ Segmentation found_in_scan_of(const Phantom& body) {
   return found_in(voxelise(body, phantom_grid(body, how), {.noise_hu = 10}).grey);
 }
 
-// What is promised: masses within 3 % each (hands and feet 5 %), joint centres within 4 mm.
+// The stated accuracy: masses within 3 % each (hands and feet 5 %), joint centres within 4 mm.
 void expect_promise(const Phantom& body, const Scan& scan, const Segmentation& found) {
   const auto mass = part_masses(found.labels, scan.grey);
   for (std::size_t n = 1; n < parts.size(); ++n) {
@@ -63,7 +63,7 @@ TEST(Segment, NoisyPhantomOnATableAtThreeMillimetres) {
       voxelise(body, grid, {.table = true, .partial_volume = true, .blur_mm = 1, .noise_hu = 25, .seed = 3});
   const Segmentation found = found_in(scan.grey);
   expect_promise(body, scan, found);
-  // nothing of the table: what is labelled beyond the body is the skin's edge, half a voxel at most
+  // the table is not labelled: labels beyond the body are the skin's edge, half a voxel at most
   double beyond = 0, skin = 0;
   for (std::size_t o = 0; o < found.labels.voxels.size(); ++o) {
     beyond += found.labels.voxels[o] && !scan.labels.voxels[o];
@@ -107,7 +107,7 @@ TEST(Segment, DensitiesGiveTheSamePartsAsCtNumbers) {
   scan.grey.quantity = Quantity::density_kgm3;
   const Segmentation by_density = found_in(scan.grey, 4);
   const auto agreement = dice(by_hu.labels, by_density.labels);
-  // the two edges of bone differ by a fraction of a voxel, and the planes that hang on them by less than 2 mm
+  // the bones' edges differ by a fraction of a voxel, and the planes that depend on them by less than 2 mm
   for (std::size_t n = 1; n < parts.size(); ++n) EXPECT_GT(agreement[n], 0.97) << parts[n].name;
 }
 
@@ -123,7 +123,7 @@ TEST(Segment, TallHeavyBodyHasItsHipsAndTips) {
   const Scan scan = voxelise(body, phantom_grid(body, coarse));
   const Segmentation found = found_in(scan.grey, 4);
   expect_promise(body, scan, found);
-  // what is stated is what is met: within three deviations along each axis
+  // errors agree with the statement: within three deviations along each axis
   for (const auto& [name, exact] : body.landmarks) {
     const auto it = found.landmarks.find(name);
     ASSERT_NE(it, found.landmarks.end()) << name;
@@ -143,8 +143,8 @@ TEST(Segment, SmallLightWomanOnACoarseNoisyGrid) {
   expect_promise(body, scan, found_in(scan.grey, 4));
 }
 
-// The slightest body's discs, wrists and xiphoid are thinner than such a grid's voxels, and its knee was once
-// taken to be the tibia's upper end, 39 mm off.
+// The smallest body's discs, wrists and xiphoid are thinner than this grid's voxels, and its knee was once
+// found at the tibia's upper end, 39 mm off.
 TEST(Segment, SlightestBodyOnACoarseNoisyGrid) {
   for (const Sex sex : {Sex::male, Sex::female}) {
     PhantomOptions options;
@@ -160,8 +160,8 @@ TEST(Segment, SlightestBodyOnACoarseNoisyGrid) {
   }
 }
 
-// At this mass a crevice parts the thumb from the palm altogether: it once passed for a thing beside the
-// body, and the hands came out 7 % light.
+// At this mass a gap separates the thumb from the palm. The thumb was once taken for an object beside the
+// body, and the hands were 7 % too light.
 TEST(Segment, ThumbBesideThePalmBelongsToTheHand) {
   PhantomOptions options;
   options.mass_kg = 58.5;
@@ -184,10 +184,9 @@ TEST(Segment, NeckOnSlicesThickerThanItsDisc) {
   EXPECT_LT((found.landmarks.at("cervicale").point - body.landmarks.at("cervicale").point).norm(), 4);
 }
 
-// Where voxels mix nothing, edges are stairs, and what runs between head and socket fits about as well as the
-// head: a man's right hip was once 10 mm off and a woman's both 6.
-// Where noise lets a ball between head and socket be agreed on, 6 to 14 mm off the head, the head is found
-// beside it.
+// Without mixed voxels, edges are steps, and the gap between head and socket fits a ball about as well as the
+// head: a man's right hip was once 10 mm off and both of a woman's 6. If noise favours a ball between head
+// and socket, 6 to 14 mm off, the head is found beside it.
 TEST(Segment, HipsInNoiseOfFourMillimetres) {
   const Phantom body = phantom();
   GridOptions how;
@@ -218,7 +217,7 @@ TEST(Segment, HipsOnStairstepsOfFourMillimetres) {
   }
 }
 
-// The last guard: a knee given by hand far too high leaves a thigh that no body has.
+// The last check: a knee given far too high leaves an impossible thigh.
 TEST(Segment, ImpossiblePartIsNotWhole) {
   const Phantom body = phantom();
   GridOptions coarse;
@@ -237,7 +236,7 @@ TEST(Segment, ImpossiblePartIsNotWhole) {
   EXPECT_EQ(found->part[static_cast<std::size_t>(part_label("thigh_right"))].coverage, Coverage::whole);
 }
 
-// Air that is something else: limbs grow into it.
+// Air replaced by other material: limbs grow into it.
 TEST(Segment, PartsLargerThanAnyBodysAreReported) {
   const Phantom body = phantom();
   GridOptions how;
@@ -250,7 +249,7 @@ TEST(Segment, PartsLargerThanAnyBodysAreReported) {
     const PartFinding& part = found.part[n];
     const bool here = part.note.find("l in a man of 250 kg") != std::string::npos;
     told += here;
-    // a quarter of a tonne is three times and a half the drawn body
+    // 250 kg is 3.5 times the drawn body
     const double times = part.volume * 1e-6 / body.exact[n].mass;  // litres for kilograms
     EXPECT_TRUE(here || times < 5) << parts[n].name;
     if (!here) continue;
@@ -264,8 +263,8 @@ TEST(Segment, PartsLargerThanAnyBodysAreReported) {
   EXPECT_GE(told, 2U);
 }
 
-// A finger's tip is looked for in the hand alone: here the hand of a body at ease hangs beside the thigh, and
-// a plate of flesh between the two joins them.
+// A fingertip is searched in the hand alone: here the hanging hand of a standing body is joined to the thigh
+// by a plate of flesh.
 TEST(Segment, HandFusedWithTheThighEndsAtItsFinger) {
   const Phantom body = phantom();
   GridOptions coarse;
@@ -307,14 +306,14 @@ TEST(Segment, LandmarksGivenByHandReplaceThoseFound) {
   const auto found = segment(scan.grey, options);
   ASSERT_TRUE(found) << found.error().message();
   EXPECT_EQ(found->landmarks.at("knee_left").source, "given");
-  // 50 mm more of a thigh whose section at the knee is some 0.9 dm^2
+  // a thigh 50 mm longer, with a cross-section at the knee of about 0.9 dm^2
   const auto left = found->part[static_cast<std::size_t>(part_label("thigh_left"))].volume,
              right = found->part[static_cast<std::size_t>(part_label("thigh_right"))].volume;
   EXPECT_GT(left - right, 0.3e6);
   EXPECT_LT(left - right, 0.9e6);
 }
 
-// The same voxels under an affine that leaves the grid's own turn out: then the body itself lies turned.
+// The same voxels with an affine without the grid's rotation, so that the body itself is rotated.
 TEST(Segment, RotatedBodyIsCutAlongItsOwnAxes) {
   const auto body = build_phantom({});
   ASSERT_TRUE(body) << body.error().message();
@@ -343,8 +342,8 @@ TEST(Segment, RotatedBodyIsCutAlongItsOwnAxes) {
   }
 }
 
-// A straight arm swung up has the outer epicondyle inwards of the inner one; a forearm on the head is no
-// head.
+// A straight raised arm has its lateral epicondyle on the medial side. A forearm on the head does not belong
+// to the head.
 TEST(Segment, RaisedArmsKeepTheirEpicondylesAndTheHeadItsVertex) {
   PhantomOptions options;
   options.variation = 632;
@@ -363,8 +362,8 @@ TEST(Segment, RaisedArmsKeepTheirEpicondylesAndTheHeadItsVertex) {
   EXPECT_LE(vertex.deviation, 10);
 }
 
-// A hand within the pelvis, as no scan shows it, cannot be found: what is left of it is no hand, and where it
-// ends is as little known as the whole is long.
+// A hand inside the pelvis, which no scan shows, cannot be found: its rest is not a hand, and its end is
+// uncertain by a hand's length.
 TEST(Segment, EndsOfAnIncompleteHandAreLessCertain) {
   PhantomOptions options;
   options.variation = 306;
@@ -378,7 +377,8 @@ TEST(Segment, EndsOfAnIncompleteHandAreLessCertain) {
   const PartFinding& hand = found.part[static_cast<std::size_t>(part_label("hand_left"))];
   EXPECT_EQ(hand.coverage, Coverage::cut);
   EXPECT_LT(hand.confidence, 0.2);
-  // no wrist, and the forearm says that it holds the hand; or points as unsure as they are off
+  // no wrist, and the forearm's note says that it includes the hand; or points with deviations as large as
+  // their errors
   for (const char* name : {"wrist_left", "metacarpale_3_left", "dactylion_3_left"}) {
     const auto mark = found.landmarks.find(name);
     if (mark == found.landmarks.end())
@@ -463,9 +463,9 @@ TEST(Segment, IcrpMaleHasAllPartsWithTheirOwnBones) {
                  r = litres[static_cast<std::size_t>(part_label(std::string(name) + "_right"))];
     EXPECT_NEAR(l / r, 1, is_end(name) ? 0.08 : 0.05) << name;
   }
-  // Each limb holds its own bones (organ numbers of ICRP 110), but for what the planes give to the neighbour:
-  // the condyles' lower halves and the hip's and ankle's share by the convention, half an 8 mm slice
-  // elsewhere.
+  // Each limb contains its own bones (organ numbers of ICRP 110), except for pieces that the planes give to
+  // the neighbour: the condyles' lower halves, the shares at hip and ankle by the convention, and half an 8
+  // mm slice elsewhere.
   struct Bones {
     const char* part;
     int first, last;
@@ -529,11 +529,11 @@ TEST(Segment, RealTrunkHasItsHipsAndNoInventedLimb) {
                                                                                      : absent;
     EXPECT_EQ(name_of(found.part[n].coverage), name_of(expected)) << name;
   }
-  // hip centres as read by eye off the heads' outlines in three planes, to 4 mm (the left one is arthritic),
-  // and 2 mm
+  // hip centres read by eye from the heads' outlines in three planes, to 4 mm (the left one is arthritic) and
+  // 2 mm
   EXPECT_LT((found.landmarks.at("hip_left").point - Vector3d(85, 29, 1116)).norm(), 6);
   EXPECT_LT((found.landmarks.at("hip_right").point - Vector3d(-88, 9, 1107)).norm(), 6);
-  // the sheet on the table lies at y = 162 mm and behind, the table's shell at 203 mm
+  // the sheet on the table begins at y = 162 mm, the table's shell at 203 mm
   const auto& g = found.labels.grid;
   for (std::int64_t k = 0; k < g.size[2]; k += 10)
     for (std::int64_t j = 0; j < g.size[1]; ++j)

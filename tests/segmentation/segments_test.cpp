@@ -78,7 +78,7 @@ TEST(Segments, AttachToTheSegmentOfTheirParent) {
   };
   using Hangs = std::pair<std::string_view, std::string_view>;
   const auto some = parents({"arm_left", "foot_right", "head", "leg_right", "liver", "trunk"});
-  EXPECT_EQ(some.size(), 5u);  // the liver is no part
+  EXPECT_EQ(some.size(), 5u);  // the liver is not a part
   EXPECT_EQ(some.at("trunk"), (Hangs{"", ""}));
   EXPECT_EQ(some.at("head"), (Hangs{"trunk", "neck"}));
   EXPECT_EQ(some.at("arm_left"), (Hangs{"trunk", "shoulder_left"}));

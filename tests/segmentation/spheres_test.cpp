@@ -14,7 +14,7 @@ struct Scene {
   Mask bone;
 };
 
-// a ball of bone in soft tissue, softened at its edge as a scanner does, with a shaft below it
+// a ball of bone in soft tissue with a blurred edge, as from a scanner, and a shaft below it
 Scene ball_on_shaft(const Vector3d& centre, double radius, double step) {
   Scene scene;
   auto& g = scene.hu.grid;
@@ -66,7 +66,7 @@ TEST(Spheres, FindsAndMeasuresAHeadOnAShaft) {
   EXPECT_LT((votes[0].centre - centre).norm(), 6) << "two voxels: the votes are counted per voxel";
   const auto balls = fit_balls(scan_of(scene), votes[0].centre, 15, 31);
   ASSERT_FALSE(balls.empty());
-  // a sixth of a voxel: the edges are interpolated in voxels 3 mm wide, and the shaft bends those beside it
+  // a sixth of a voxel: edges are interpolated in voxels of 3 mm, and the shaft shifts nearby ones
   EXPECT_LT((balls[0].centre - centre).norm(), 0.5);
   EXPECT_NEAR(balls[0].radius, 24, 0.5);
 }

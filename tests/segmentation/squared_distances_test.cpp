@@ -8,7 +8,7 @@
 namespace borelli::test {
 namespace {
 
-// by looking at every voxel, and at those just outside
+// brute force over all voxels and those just outside
 template <class Word>
 Word nearest(const Volume<std::uint8_t>& mask, const DistanceOptions& options, Word cap, std::int64_t i,
              std::int64_t j, std::int64_t k) {

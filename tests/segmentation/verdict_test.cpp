@@ -8,7 +8,7 @@
 namespace borelli {
 namespace {
 
-// The phantom's own parts and landmarks, as though they had been found exactly.
+// The phantom's exact parts and landmarks as a segmentation.
 Segmentation exact_body(const PhantomOptions& options = {}) {
   const auto body = build_phantom(options);
   EXPECT_TRUE(body);
@@ -44,13 +44,13 @@ TEST(Verdict, StatureMatchesTheBody) {
   for (const double stature : {1.5, 1.741, 1.95}) {
     PhantomOptions options;
     options.stature_m = stature;
-    // lengths of segments in parts of the stature differ between the sexes by some 3 % (de Leva 1996)
+    // segment lengths relative to stature differ between the sexes by about 3 % (de Leva 1996)
     EXPECT_NEAR(*stature_of(build_phantom(options)->landmarks), 1e3 * stature, 30 * stature);
   }
   EXPECT_FALSE(stature_of({}));
 }
 
-TEST(Verdict, DoubtsWhatTheDocstringSays) {
+TEST(Verdict, DoubtsEveryCaseOfItsDocstring) {
   Segmentation found = exact_body();
   found.part[label("thigh_left")].confidence = 0.49;
   EXPECT_EQ(in_words(verdict_on(found)), "doubtful: the boundaries of the thigh left are uncertain");
@@ -60,7 +60,7 @@ TEST(Verdict, DoubtsWhatTheDocstringSays) {
   EXPECT_EQ(in_words(verdict_on(found)), "doubtful: left and right differ in volume: hands 30 %");
   found.part[label("foot_right")].volume *= 1.3;
   EXPECT_EQ(in_words(verdict_on(found)), "doubtful: left and right differ in volume: hands 30 %, feet 30 %");
-  found.part[label("hand_left")].coverage = Coverage::cut;  // a cut one compares with nothing
+  found.part[label("hand_left")].coverage = Coverage::cut;  // a cut part is not compared
   EXPECT_EQ(in_words(verdict_on(found)), "doubtful: left and right differ in volume: feet 30 %");
 
   found = exact_body();
@@ -76,7 +76,7 @@ TEST(Verdict, DoubtsWhatTheDocstringSays) {
             "the boundaries of the head are uncertain: 80.5 l is impossible for a head (17 l in a man of 250 "
             "kg): check that the air around the body is -1000 HU");
 
-  // a whole thigh of 33 l, of which a man of 250 kg has 35, on a body of 1.2 m
+  // a thigh of 33 l on a body of 1.2 m; a man of 250 kg has 35 l
   PhantomOptions child;
   child.child = true;
   found = exact_body(child);

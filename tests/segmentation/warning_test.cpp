@@ -29,7 +29,7 @@ TEST(Warnings, ItemsOfOneReasonAreListedTogether) {
                            joined_warning(WarningKind::part, Severity::doubt, head, "trunk", "no neck")};
   EXPECT_EQ(in_sentences(all),
             std::vector<std::string>{"uncertain: hand left (too large), head, trunk (no neck)"});
-  // one alone keeps its own text
+  // a single one keeps its text
   all.resize(1);
   all[0].text = "the boundaries of the head are uncertain: no neck";
   EXPECT_EQ(in_sentences(all), std::vector<std::string>{all[0].text});

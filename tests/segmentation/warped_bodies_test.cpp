@@ -1,5 +1,4 @@
-// Warped bodies against what they are made from: masses of ICRP 110, rigid bones, lengths as asked, mirrored
-// bodies.
+// Warped bodies against their sources: masses of ICRP 110, rigid bones, requested lengths, mirrored bodies.
 #include "tests/suite/warped_bodies.hpp"
 
 #include <gtest/gtest.h>
@@ -13,7 +12,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Read once for all tests; nothing where the data are missing.
+// Read once for all tests; null if the data are missing.
 const LabelledBody* labelled(const std::string& name) {
   static std::map<std::string, std::optional<LabelledBody>> bodies;
   auto& body = bodies[name];
@@ -40,7 +39,7 @@ void expect_rest_mass(const LabelledBody& body, double mass) {
     sum += rest.part[n].whole.mass;
     EXPECT_EQ(rest.part[n].coverage, Coverage::whole) << parts[n].name;
   }
-  EXPECT_NEAR(sum, mass, 0.001 * mass);  // asked: 0.1 %; voxels of 3 mm sample the body's own
+  EXPECT_NEAR(sum, mass, 0.001 * mass);  // required: 0.1 %; voxels of 3 mm sample the body's voxels
   EXPECT_EQ(rest.overlap, 0);
   for (const auto& [name, landmark] : body.landmarks)
     EXPECT_LT((rest.landmarks.at(name).point - landmark.point).norm(), 1e-6) << name;
@@ -116,7 +115,7 @@ TEST(WarpedBodies, MirroredBodyHasMirroredParts) {
       if (right != std::string::npos) name.replace(right, 6, "_left");
       return name;
     };
-    // ties of equally long ways fall the other way
+    // ties of equally long paths may break differently
     EXPECT_NEAR(there[part_at(swap(std::string(parts[n].name)))], here[n], 0.01 * here[n]) << parts[n].name;
     if (parts[n].joint.empty()) continue;
     Vector3d p = body->landmarks.find(parts[n].joint)->second.point;

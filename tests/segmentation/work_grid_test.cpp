@@ -14,7 +14,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// a field that is linear in space is kept by trilinear interpolation and by means over boxes alike
+// trilinear interpolation and means over boxes both preserve a field that is linear in space
 TEST(WorkGrid, KeepsALinearFieldOfAnyGrid) {
   const Vector3d slope(2, -3, 1.5);
   for (const bool mirrored : {false, true})
@@ -46,7 +46,7 @@ TEST(WorkGrid, KeepsALinearFieldOfAnyGrid) {
 }
 
 TEST(WorkGrid, LeftIsLeftInAnyVoxelOrder) {
-  // one bright voxel at the patient's left, front and top, in grids whose axes run every way
+  // one bright voxel at the patient's left, front and top, in grids with all directions of axes
   for (int flips = 0; flips < 8; ++flips) {
     GreyVolume volume;
     volume.grid.size = {10, 10, 10};
@@ -89,7 +89,7 @@ TEST(WorkGrid, PaddingAndTheOutsideAreUnseen) {
   EXPECT_EQ(at(30, 30, 59.9), 0);
 }
 
-// along the patient's axes means are not taken sample by sample
+// grids along the patient's axes use a separate code for means
 TEST(WorkGrid, AlignedGridsAverageTheirSamples) {
   std::mt19937 random(3);
   for (const Vector3d& spacing : {Vector3d(1.3, -0.9, 2.1), Vector3d(-3.1, 2.9, -0.5), Vector3d(6, 6, 6)}) {
@@ -100,7 +100,7 @@ TEST(WorkGrid, AlignedGridsAverageTheirSamples) {
     volume.voxels.resize(volume.grid.count());
     for (auto& voxel : volume.voxels)
       voxel = static_cast<std::int16_t>(static_cast<int>(random() % 2000) - 1000);
-    for (std::int64_t k = 0; k < 22; ++k)  // a padded corner, and a padded voxel by itself
+    for (std::int64_t k = 0; k < 22; ++k)  // a padded corner and a single padded voxel
       for (std::int64_t j = 0; j < 27; ++j)
         for (std::int64_t i = 0; i < 31; ++i)
           if (i + j < 14 || (i == 20 && j == 20 && k == 10)) volume.at(i, j, k) = -2048;
@@ -129,13 +129,13 @@ TEST(WorkGrid, AlignedGridsAverageTheirSamples) {
                 ++held;
               }
           ++(held == all ? whole : held > 0 ? partly : unseen);
-          // (a whole number, of sums that are rounded in another order)
+          // an integer; the sums round in another order
           EXPECT_NEAR(work.hu.at(i, j, k), held > 0 ? sum / held : -1000, 0.5 + 1e-9);
           EXPECT_EQ(work.seen.at(i, j, k), 2 * held > all);
         }
     EXPECT_GT(whole, 1000) << spacing.transpose();
     EXPECT_GT(unseen, 500) << spacing.transpose();
-    // (one sample alone is seen or not, never in part)
+    // a single sample is visible or not, never partly
     EXPECT_EQ(partly > 100, all > 1) << spacing.transpose();
   }
 }

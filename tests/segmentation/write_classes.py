@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes a label map as TotalSegmentator leaves it, from the phantom's solids; for class_file_test.cpp.
+"""Writes a label map in TotalSegmentator's form from the phantom's solids, for class_file_test.cpp.
 
 write_classes.py FOLDER VERSION OUTPUT [--no-names] [--masks]
 VERSION is 1, 2, or mr for the task total_mr. With --masks OUTPUT is a folder that gets a mask per class (its default output).
@@ -51,7 +51,7 @@ total_mr = ("spleen kidney_right kidney_left gallbladder liver stomach pancreas 
     "iliac_artery", "iliac_vena", "humerus", "scapula", "clavicula", "femur", "hip", "gluteus_maximus", "gluteus_medius",
     "gluteus_minimus", "autochthon", "iliopsoas") + ["brain"]
 
-# what a solid of the phantom is to TotalSegmentator; the first pattern that fits counts
+# TotalSegmentator's class of a solid of the phantom; the first matching pattern counts
 rules = [(r"rib \d+ \w+ cartilage", "costal_cartilages"), (r"rib (\d+) (left|right)", r"rib_\2_\1"),
          (r"([CTL]\d+)(?! disc)", r"vertebrae_\1"), (r"(?:humer\w*(?: \w+)?) (left|right)", r"humerus_\1"),
          (r"(?:femoral head|femoral neck|femur|medial condyle|lateral condyle) (left|right)", r"femur_\1"),

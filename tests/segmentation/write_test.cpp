@@ -1,4 +1,4 @@
-// Files that cannot be read or written are named, in one sentence.
+// Errors name files that cannot be read or written, in one sentence.
 #include <fmt/core.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -54,7 +54,7 @@ TEST(Write, EveryEndingIsReadBackInCapitalsToo) {
   EXPECT_EQ(written, 8);
 }
 
-// /dev/full takes bytes and has no room for them, as a full disk does
+// writes to /dev/full fail as on a full disk
 TEST(Write, NamesAFullDisk) {
   ScratchFolder folder;
   for (const std::string name : {"a.nii", "a.nii.gz", "a.nrrd", "a.mha"}) {

@@ -10,7 +10,7 @@
 namespace borelli::suite {
 namespace {
 
-constexpr float followed = 300;  // mm, of ways to the bones about a joint
+constexpr float followed = 300;  // longest path to the bones at a joint, mm
 
 float smooth(float u) {
   u = std::clamp(u, 0.0F, 1.0F);
@@ -121,7 +121,7 @@ std::vector<float> lifts(const LabelledBody& body) {
   return out;
 }
 
-// Which of the eight voxels about a corner are one piece: the lowest number of each one's piece.
+// For each of the eight voxels at a corner, the lowest number in its connected piece.
 std::array<int, 8> pieces(const LabelledBody& body, const std::array<std::uint32_t, 8>& about) {
   std::array<int, 8> piece{0, 1, 2, 3, 4, 5, 6, 7};
   for (bool changed = true; changed;) {

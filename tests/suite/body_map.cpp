@@ -56,7 +56,7 @@ BodyMap::BodyMap(const Landmarks& rest, const Motion& motion) : motion_(motion) 
     stretch_[p] = motion.girth[p] * Matrix3d::Identity() +
                   (motion.length[p] - motion.girth[p]) * along * along.transpose();
     Vector3d point = pivot_[p];
-    // the trunk's flesh lies about the middle of its depth, not about the spine
+    // the trunk's flesh is centred in its depth, not on the spine
     if (is_axial(static_cast<int>(p)) && part.name != "head")
       point =
           Vector3d(at("mid_hip").x(), 0.5 * (at("omphalion").y() + at("spine_lower").y()), at("mid_hip").z());

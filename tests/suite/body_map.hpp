@@ -1,7 +1,7 @@
-// Maps a place of a body at rest to its place in the warped body: segments scaled one by one, skin moved
-// outwards or inwards, joints turned.
+// Maps a point of a body at rest to the warped body: segments are scaled one by one, skin moves outwards or
+// inwards, joints turn.
 //
-// A place with share s_j of the motion of each joint j is moved in these steps:
+// A point with share s_j of the motion of each joint j moves in these steps:
 //   skin     x += lift * fat * n, with n perpendicular to the segment's axis. Bones stay.
 //   scale    z = scaled_root(x) + sum over joints j of s_j (scaled_behind(x) - scaled_before(x)).
 //            scaled_p stretches part p along and across its axis, about the joint to its parent. That joint
@@ -10,7 +10,7 @@
 //   turn     From the farthest joint to the nearest, z turns about the joint's scaled centre by s_j times its
 //            rotation vector.
 //   whole    The whole body turns.
-// Where every s_j is 0 or 1, as in bones, the map is affine, and rigid if no part is scaled.
+// If every s_j is 0 or 1, as in bones, the map is affine, and rigid without scaling.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -25,9 +25,9 @@ namespace borelli::suite {
 /// Numbers by label as in parts.hpp; angles in rad about the axes of the body at rest (LPS).
 struct Motion {
   std::array<double, parts.size()> length{}, girth{};  ///< factors along and across a part's axis
-  std::array<double, parts.size()> fat{};              ///< mm that lifted skin goes out (in: negative)
+  std::array<double, parts.size()> fat{};              ///< outward motion of skin, mm
   std::array<Eigen::Vector3d, n_joints> turn{};        ///< rotation vectors
-  std::array<double, 2> pronation{};                   ///< left, right: about elbow to wrist
+  std::array<double, 2> pronation{};                   ///< left, right: about the line from elbow to wrist
   Eigen::Matrix3d whole = Eigen::Matrix3d::Identity();
 
   Motion();  ///< the body as it is
@@ -61,7 +61,7 @@ class BodyMap {
   Motion motion_;
 };
 
-/// The shares of a part's bones: 1 of the joints on the way to it, else 0.
+/// The shares of a part's bones: 1 for joints between the root and it, else 0.
 Shares shares_of_part(int label);
 
 }  // namespace borelli::suite

@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::Matrix3f, Eigen::Vector3f;
 
-// Kuhn's six tetrahedra of a cube, all on its diagonal 0-7: neighbours agree on the diagonals of their faces.
+// Kuhn's six tetrahedra of a cube around its diagonal 0-7: neighbours share the diagonals of their faces.
 constexpr std::array<std::array<std::size_t, 2>, 6> kuhn{{{1, 3}, {1, 5}, {2, 3}, {2, 6}, {4, 5}, {4, 6}}};
 
 struct Cell {
@@ -110,8 +110,7 @@ BodyRaster rasterise(const LabelledBody& body, const std::vector<Vector3f>& corn
   out.source.assign(grid.count(), 0);
   std::vector<Vector3f> at(corner.size());
   const Eigen::Matrix3d inverse = grid.axes.inverse();
-  // places on a face between voxels belong to one of them: a shift that is above rounding and far below a
-  // voxel
+  // a shift, larger than rounding but far below a voxel, so that points on a face belong to one voxel
   const Eigen::Vector3d off_faces(0.0037, 0.0029, 0.0043);
   in_slabs(std::ssize(at), threads, [&](std::int64_t first, std::int64_t last) {
     for (auto c = static_cast<std::size_t>(first); c < static_cast<std::size_t>(last); ++c)

@@ -50,7 +50,7 @@ bool well_within(const GreyVolume& grey, const Vector3d& point) {
   for (int axis = 0; axis < 3; ++axis)
     for (const double sign : {-1.0, 1.0}) {
       const Vector3d index = grey.grid.index(point + sign * from_end * Vector3d::Unit(axis));
-      // (air about the body need not be in the scan: only along k is a face an end of the body)
+      // air around the body need not be in the scan, so a face ends the body only along k
       const auto i = std::lround(index[0]), j = std::lround(index[1]), k = std::lround(index[2]);
       if (k < 0 || k >= grey.grid.size[2]) return false;
       if (grey.grid.holds(i, j, k) && grey.at(i, j, k) <= -2000) return false;
@@ -78,7 +78,7 @@ class Scoring {
   }
 
  private:
-  // Whether a low confidence or a warning tells of something amiss with these parts or by this name.
+  // Whether a low confidence of these parts, or a warning with this name, reports a problem.
   bool told(std::initializer_list<std::size_t> of, std::string_view name) const {
     for (const std::size_t n : of)
       if (n && found_.part[n].coverage != Coverage::absent && found_.part[n].confidence < sure_from)
@@ -206,7 +206,7 @@ class Scoring {
   const Segmentation& found_;
   BodyScore out_;
   Counts both_;
-  bool declined_ = false;  // nothing is labelled, and a warning says so
+  bool declined_ = false;  // no labels, and a warning says so
   std::array<double, parts.size()> bone_, right_bone_;
 };
 

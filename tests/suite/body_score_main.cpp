@@ -1,8 +1,8 @@
-// body_score: how well and how honestly segmentation does on bodies whose truth is known, as Markdown.
+// body_score: scores segmentation on bodies with known truth (body_score.hpp), as Markdown.
 //   body_score [--source phantoms|male|female|all] [--seeds FIRST LAST] [--open|--sealed] [--list]
 //   [--open-sealed] [--forest FILE]
-// Even seeds are the open half, odd ones the sealed half. Of the sealed half only the totals are printed,
-// never a kind of scan or a failure, unless --open-sealed says so. --list: failures of the open half by kind.
+// Even seeds are the open half, odd ones the sealed half. Only totals of the sealed half are printed, never
+// kinds of scans or failures, unless --open-sealed is given. --list: failures of the open half by kind.
 #include <fmt/core.h>
 
 #include <algorithm>

@@ -9,7 +9,7 @@ Case standing(const char* name, const char* what, std::uint64_t seed) {
   Case c{name, what, {}, {}, {}};
   c.body.variation = seed;
   c.grid.spacing = {2, 2, 2};
-  // fractions of a voxel, so that no cut of the body falls between two layers of voxels everywhere
+  // fractions of a voxel, so that no cut of the body lies exactly between two layers
   c.grid.offset = {0.13, -0.29, 0.21};
   c.scan.noise_hu = 10;
   c.scan.seed = seed;
@@ -83,7 +83,7 @@ std::vector<Case> cases() {
   c.touching = left_arm;
   all.push_back(c);
 
-  // the back of the hand on the pelvis' wing: bones of both lie a gap of some 8 mm apart
+  // the back of the hand on the iliac wing: their bones are about 8 mm apart
   c.name = "hand_behind_hip", c.what = "hand behind the hip";
   c.body.sex = Sex::female;
   c.body.variation = 206, c.scan.seed = 205;

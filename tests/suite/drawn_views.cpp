@@ -15,8 +15,8 @@ double uniform(std::mt19937_64& random, double least, double most) {
   return std::uniform_real_distribution<double>(least, most)(random);
 }
 
-// Draws a phantom whose limbs do not go through each other. Empty if the drawn pose is impossible, or if
-// `touching` is asked for and no forearm or hand touches another part.
+// Draws a phantom whose limbs do not intersect. Empty if the drawn pose is impossible, or if `touching` is
+// asked for and no forearm or hand touches another part.
 std::optional<Phantom> draw_body(std::mt19937_64& random, std::uint64_t seed, bool posed, bool touching) {
   PhantomOptions options;
   options.variation = seed;
@@ -26,7 +26,7 @@ std::optional<Phantom> draw_body(std::mt19937_64& random, std::uint64_t seed, bo
   if (posed)
     for (const PoseAngle& angle : pose_angles)
       for (const char* side : {"_left_", "_right_"}) {
-        // powers crowd them towards standing
+        // the power favours angles near standing
         const double share = std::pow(uniform(random, 0, 1), 1.5);
         const double end = uniform(random, 0, 1) < 0.5 ? angle.least : angle.most;
         options.pose_deg[std::string(angle.joint) + side + std::string(angle.motion)] =

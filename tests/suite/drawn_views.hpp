@@ -1,5 +1,4 @@
-// Bodies with exact part labels, seen as scanners see them: what the voxel labeller learns from and is tried
-// on.
+// Scans of bodies with exact part labels, for training and testing the voxel labeller.
 #pragma once
 
 #include <cstdint>
@@ -27,8 +26,8 @@ Result<LabelledScan> read_labelled(const std::string& folder);
 /// of 2.5 mm and slices of 2.5 to 6 mm. Throws std::runtime_error where it cannot be made.
 LabelledScan drawn_phantom(std::uint64_t seed);
 
-/// What one more scan shows of a body like it: scaled by 0.85 to 1.15 and by 0.93 to 1.07 along each axis,
-/// turned by up to 12 degrees about each, with noise of up to 40 HU, and, mostly, only a part of the body.
+/// Draws another scan of a similar body: scaled by 0.85 to 1.15 and by 0.93 to 1.07 along each axis, turned
+/// by up to 12 degrees about each, with noise of up to 40 HU, and usually only a part of the body.
 LabelledScan drawn_view(const LabelledScan& whole, std::mt19937_64& random);
 
 /// The part of a scan between two shares (0 to 1) of its length along an axis of its grid.

@@ -1,9 +1,10 @@
 // forest_features: features and part labels of voxels drawn from many bodies, for segmentation/training.
 //   forest_features --out FOLDER [--seed S] [--views V] [--samples N] [--phantoms FIRST LAST] [FOLDER ...]
-// Each body (a folder with scan.nii.gz and parts.nii.gz, or the phantom of a seed) is seen as it is and in V
-// - 1 more views (drawn_views.hpp); N voxels are drawn of each view. FOLDER then holds features.npy (int16, N
-// x features), parts.npy (uint8), bodies.npy (int32: the body's number) and names.txt (the features' names,
-// and the bodies').
+// Each body (a folder with scan.nii.gz and parts.nii.gz, or the phantom of a seed) is used unchanged and in
+// V - 1 more views (drawn_views.hpp); N voxels are drawn from each view. The folder of --out then holds
+// features.npy (int16, N x features), parts.npy (uint8), bodies.npy (int32: the body's number) and names.txt
+// (the names of features and bodies).
+
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -63,7 +64,7 @@ struct Table {
 // draws voxels of one view
 void add(const suite::LabelledScan& scan, std::size_t samples, std::int32_t number, std::mt19937_64& random,
          Table& table) {
-  // on fine work grids and on coarse ones, which a caller may have
+  // fine and coarse work grids, as users may have
   const Anatomy anatomy = look(scan.grey, random() % 3 == 0 ? 3 : 4, 0);
   const CoarseBody body = coarse_body(anatomy);
   if (body.places.size() < 500) return;
@@ -117,7 +118,7 @@ int run(const Asked& asked) {
   for (const std::string& folder : asked.folders) {
     const auto scan = suite::read_labelled(folder);
     if (!scan) throw std::runtime_error(scan.error().message());
-    // (the last two names: where the bodies lie does not change what is drawn)
+    // the last two names, so that the bodies' location does not change the drawn voxels
     const std::filesystem::path path(folder);
     add_views((path.parent_path().filename() / path.filename()).string(), *scan);
   }

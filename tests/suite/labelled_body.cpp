@@ -13,7 +13,7 @@ namespace {
 
 enum Contact : std::uint8_t { open, arm_left, arm_right, leg_left, leg_right, trunk };
 
-// numbers of organ list: tissue that is called the arms'
+// numbers of the organ list: tissue named after the arms
 bool of_arm(int organ) {
   return organ == 11 || organ == 59 || organ == 104 || organ == 108 || organ == 118 || organ == 124 ||
          (organ >= 13 && organ <= 23);
@@ -48,7 +48,7 @@ double middle_x(const LabelledBody& body) {
   return sum / std::max(count, 1.0);
 }
 
-// Below the armpit tissue of the arms is told from all other by its name.
+// Below the armpit, the names of tissue separate arms from the rest.
 void tell_arms(LabelledBody& body, double middle) {
   const std::int64_t plane = body.grid.size[0] * body.grid.size[1];
   std::int64_t armpit = 0;
@@ -64,7 +64,7 @@ void tell_arms(LabelledBody& body, double middle) {
   }
 }
 
-// The highest slice from which the legs are apart down to the feet, by air or skin in their midst.
+// The highest slice below which air or skin separates the legs down to the feet.
 std::int64_t crotch(const LabelledBody& body, double middle) {
   const Grid& g = body.grid;
   const auto i0 = static_cast<std::int64_t>((middle - 14 - g.origin.x()) / g.axes(0, 0)),
@@ -116,7 +116,7 @@ std::vector<std::uint8_t> bone_parts(const LabelledBody& body) {
   return out;
 }
 
-// Dijkstra's ways over 26 neighbours in buckets of half a millimetre.
+// Dijkstra's shortest paths over 26 neighbours, in buckets of half a millimetre.
 std::vector<float> ways_through(const LabelledBody& body, const std::vector<std::uint8_t>& seed,
                                 float longest, std::vector<std::uint8_t>* nearest) {
   const Grid& g = body.grid;
@@ -138,7 +138,7 @@ std::vector<float> ways_through(const LabelledBody& body, const std::vector<std:
     if (seed[n]) way[n] = 0, bucket[0].push_back(static_cast<std::uint32_t>(n));
   if (nearest) *nearest = seed;
   for (std::size_t b = 0; b < bucket.size(); ++b) {
-    for (std::size_t m = 0; m < bucket[b].size(); ++m) {  // grows on the way
+    for (std::size_t m = 0; m < bucket[b].size(); ++m) {  // grows during the loop
       const std::uint32_t n = bucket[b][m];
       if (static_cast<std::size_t>(way[n] / width) != b) continue;
       const std::int64_t o = body.voxel[n], i = o % g.size[0], j = o / g.size[0] % g.size[1],

@@ -1,9 +1,9 @@
-// An adult of ICRP Publication 110 taken apart: the part of each voxel, landmarks, and what moves with what.
+// An adult of ICRP Publication 110: the part of each voxel, landmarks, and tissue contacts.
 //
-// Owners. Bones have theirs by organ number and side (x left or right of the pelvis' middle). Flesh goes to
-// the bone at the shortest way through tissue. No way crosses a contact: between arm tissue and any other
-// below the armpit (where the organ list calls tissue of the arm by its name), and between the legs below the
-// crotch.
+// Owners. A bone's owner follows from its organ number and side (x left or right of the pelvis' middle).
+// Flesh belongs to the bone with the shortest path through tissue. No path crosses a contact: between arm
+// tissue and other tissue below the armpit (where the organ list names arm tissue), and between the legs
+// below the crotch.
 #pragma once
 
 #include <array>
@@ -28,11 +28,11 @@ struct LabelledBody {
   std::vector<std::uint8_t> organ;     ///< 1 to 140
   std::vector<std::uint8_t> owner;     ///< part
   std::vector<std::uint8_t> bone;      ///< 1 of bone with its marrow, and of teeth
-  std::vector<std::uint8_t> contact;   ///< class of tissue as to contacts, see `may_touch`
-  std::vector<std::uint8_t> off_bone;  ///< way to the owner's bone, mm, up to 255
+  std::vector<std::uint8_t> contact;   ///< contact class of tissue, see `may_touch`
+  std::vector<std::uint8_t> off_bone;  ///< path length to the owner's bone, mm, up to 255
   std::vector<std::int16_t> hu, density;
   std::vector<std::uint32_t> number;  ///< by offset: 1 + the voxel's number, 0 outside
-  Landmarks landmarks;                ///< as `find_body_landmarks` says
+  Landmarks landmarks;                ///< from `find_body_landmarks`
   double mass = 0;                    ///< kg
   BodyLattice lattice;
 
@@ -43,12 +43,12 @@ struct LabelledBody {
   }
 };
 
-/// Whether tissues of two contact classes are one where they meet.
+/// Whether tissues of two contact classes are continuous where they meet.
 bool may_touch(std::uint8_t a, std::uint8_t b);
 
-/// Lengths of the shortest ways (mm) through tissue from seeds, by number of voxel, `no_tissue_way` where
-/// there is none of up to `longest`. `seed` holds the seeds' labels (0: none); with `nearest` the label at
-/// each way's start is written there.
+/// Lengths of the shortest paths (mm) through tissue from seeds, by number of voxel; `no_tissue_way` if
+/// longer than `longest`. `seed` holds the seeds' labels (0: none); `nearest` receives the label at each
+/// path's start.
 inline constexpr float no_tissue_way = std::numeric_limits<float>::infinity();
 std::vector<float> ways_through(const LabelledBody& body, const std::vector<std::uint8_t>& seed,
                                 float longest, std::vector<std::uint8_t>* nearest = nullptr);

@@ -1,7 +1,8 @@
-// labelling_trials: how well the voxel labeller does, as tables.
+// labelling_trials: scores of the voxel labeller, as tables.
 //   labelling_trials [--model FILE] [--pieces] [--joints] [--whole-only] [--phantoms FIRST LAST] [FOLDER ...]
-// Bodies: folders with scan.nii.gz and parts.nii.gz, and phantoms by seed. Of each: whole, mirrored, without
-// a leg, without an arm, and parts of its height and breadth. Without --model: the program's own forest.
+// Bodies: folders with scan.nii.gz and parts.nii.gz, and phantoms by seed. Each is tried whole, mirrored,
+// without a leg, without an arm, and in parts of its height and breadth. Without --model: the program's own
+// forest.
 #include <fmt/core.h>
 
 #include <cmath>

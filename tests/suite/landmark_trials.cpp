@@ -1,7 +1,7 @@
-// landmark_trials: whether landmarks lie as near as their stated deviations say, as a table by kind of
-// landmark and thickness of slices.
+// landmark_trials: errors of landmarks against their stated deviations, as a table by kind of landmark and
+// slice thickness.
 //   landmark_trials [--each] [--seeds FIRST LAST] [--slices MM[,MM...]]
-// Each trial is a body of its own: 1.25 to 2.0 m, slight to stout, either sex, pose and bones drawn anew, on
+// Each trial draws a body of 1.25 to 2.0 m, slight to stout, of either sex, with its own pose and bones, on
 // slices of 2, 3, 5 or 8 mm. --each: every landmark of every trial on a line of its own, with its error.
 #include <fmt/core.h>
 

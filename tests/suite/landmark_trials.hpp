@@ -1,5 +1,5 @@
-// Trials of what landmarks state of themselves: bodies of 1.25 to 2.0 m on slices of any thickness, each
-// drawn by a seed, segmented from grey values, every landmark held against the exact one.
+// Trials of landmarks' stated deviations: bodies of 1.25 to 2.0 m on slices of any thickness, drawn by a seed
+// and segmented from grey values; every landmark is compared with the exact one.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,16 +14,16 @@ namespace borelli::suite {
 
 struct TriedLandmark {
   std::string name;
-  Eigen::Vector3d error;  ///< found less exact, mm, LPS
+  Eigen::Vector3d error;  ///< found minus exact, mm, LPS
   double deviation = 0;   ///< as stated, mm
   std::string source;
 };
 
 struct LandmarkTrial {
   double stature_m = 0;
-  std::vector<TriedLandmark> landmarks;           ///< those that were found
-  std::vector<std::string> lost;                  ///< joint centres that were not
-  std::array<double, parts.size()> mass_error{};  ///< by label, in shares of the exact mass
+  std::vector<TriedLandmark> landmarks;           ///< found landmarks
+  std::vector<std::string> lost;                  ///< joint centres not found
+  std::array<double, parts.size()> mass_error{};  ///< by label, relative to the exact mass
   std::vector<std::string> warnings;
 };
 

@@ -1,4 +1,4 @@
-// What the parts of a scan of the phantom weigh by their labels, to hold against the exact table.
+// Masses of parts in a phantom's scan by their labels, for comparison with the exact table.
 #pragma once
 
 #include <array>
@@ -9,8 +9,8 @@
 
 namespace borelli::suite {
 
-/// kg by label, by the density curve that the phantom's own densities are from; as `borelli inertia` does,
-/// the skin's mixed voxels too.
+/// Masses by label, kg, with the density curve behind the phantom's densities. Includes the skin's mixed
+/// voxels, as `borelli inertia` does.
 std::array<double, parts.size()> part_masses(const LabelMap& labels, const GreyVolume& grey);
 
 /// Hands and feet.

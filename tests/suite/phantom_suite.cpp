@@ -1,6 +1,6 @@
-// phantom_suite: the table of all hard cases, as Markdown (segmentation/phantoms.md holds its answer).
+// phantom_suite: the table of all hard cases, as Markdown (its output is in segmentation/phantoms.md).
 //   phantom_suite [--misses FILE] [CASE ...]
-// CASE: those only. FILE: what each misses, a line each (tests/suite/misses.txt, which the test reads).
+// CASE: only these. FILE: receives the misses, one per line (tests/suite/misses.txt, which the test reads).
 #include "tests/suite/phantom_suite.hpp"
 
 #include <fmt/core.h>

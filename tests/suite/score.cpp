@@ -14,14 +14,14 @@ using Eigen::Vector3d;
 
 constexpr double hip_within = 1.5, joint_within = 3, mass_within = 0.03;  // mm, mm, share
 constexpr double not_found = 999;
-// of a part's exact volume: voxels of 2 and 5 mm give less than 1 % else than it
+// shares of a part's exact volume, which voxels of 2 and 5 mm give to 1 %
 constexpr double whole_from = 0.98, sliver_below = 0.05, absent_below = 0.002;
-// a joint nearer than this to where the scan ends need not be found: bone on both its sides is not in view
+// a joint nearer than this to the scan's end need not be found, because bone on both its sides is not in view
 constexpr double from_end = 45;  // mm
 // below it `borelli segment` warns
 constexpr double warned_below = 0.5;
 
-// Whether a ball about a point is all in the scan.
+// Whether a ball around a point is entirely in the scan.
 bool well_within(const Case& asked, const Scan& scan, const Vector3d& point) {
   for (int axis = 0; axis < 3; ++axis)
     for (const double sign : {-1.0, 1.0}) {
@@ -36,7 +36,7 @@ bool well_within(const Case& asked, const Scan& scan, const Vector3d& point) {
   return true;
 }
 
-// By part, the section in which its exact labels meet the scan's outer faces, mm^2.
+// Area in which each part's exact labels meet the scan's outer faces, mm^2, by part.
 std::array<double, parts.size()> sections_at_faces(const LabelMap& labels) {
   std::array<double, parts.size()> area{};
   const Grid& g = labels.grid;
@@ -89,8 +89,8 @@ Score score(const Case& asked) {
                                                   : Coverage::absent;
     // a sliver of a part need not be labelled, but may not be called whole
     const bool sliver = !out.judged[n] && found->part[n].coverage != Coverage::whole;
-    // and what lacks next to nothing may be called cut, as may what meets the scan's end in a section, even
-    // if its flesh should end there: nothing in the scan tells that
+    // a nearly complete part may be called cut, as may one that meets the scan's end, even if its flesh ends
+    // there, which the scan cannot show
     const bool nearly =
         (held < 0.995 || section[n] > cut_section) && found->part[n].coverage == Coverage::cut;
     if (found->part[n].coverage != should && !sliver && !nearly)
@@ -114,7 +114,7 @@ Score score(const Case& asked) {
     const double error = it == found->landmarks.end() ? not_found : (it->second.point - exact_centre).norm();
     out.joint_error[joint] = error;
     if (error <= (joint.starts_with("hip") ? hip_within : joint_within)) continue;
-    // a deviation of a third of the error tells of it
+    // a deviation of a third of the error or more reports it
     const bool told = it == found->landmarks.end() || error < 3 * it->second.deviation;
     miss("joint " + joint, n, told);
   }

@@ -31,7 +31,7 @@ class Drawing {
 
  private:
   using Random = std::mt19937_64;
-  // (own formulas: the standard's distributions differ from library to library)
+  // own formulas, because the standard's distributions differ between libraries
   static double uniform(Random& random, double low, double high) {
     return low + (high - low) * (double(random() >> 11) * 0x1p-53);
   }
@@ -217,7 +217,7 @@ class Drawing {
     s.view = views[v], s.left = chance(scanner_, 0.5);
     s.shift = uniform(scanner_, -40, 40);
     kind(names[v]);
-    // some 60 million voxels at most
+    // at most about 60 million voxels
     const double length = s.view == View::whole ? 1900 : 900;
     plane = std::max(plane, std::sqrt(700 * 350 * length / (60e6 * slice)));
     s.spacing = {plane, plane, slice};

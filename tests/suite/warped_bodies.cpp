@@ -32,7 +32,7 @@ std::vector<Vector3f> moved_corners(const LabelledBody& body, const BodyMap& map
   return out;
 }
 
-// Corners of what is there.
+// Corners of the remaining tissue.
 std::vector<Vector3f> corners_there(const LabelledBody& body, const WarpedTissue& tissue,
                                     const std::vector<Vector3f>& corner) {
   std::vector<std::uint8_t> there(corner.size());
@@ -45,7 +45,7 @@ std::vector<Vector3f> corners_there(const LabelledBody& body, const WarpedTissue
   return out;
 }
 
-// The part of each place of a raster, 0 outside and of things.
+// The part at each voxel of a raster, 0 outside and for objects.
 LabelMap part_labels(const LabelledBody& body, const WarpedTissue& tissue, const BodyRaster& raster,
                      const PartPlanes& planes) {
   LabelMap out;
@@ -141,7 +141,7 @@ void judge(const std::array<Inertial, parts.size()>& whole, const std::array<Ine
   for (std::size_t n = 1; n < parts.size(); ++n) {
     PartTruth& truth = out.part[n];
     truth.whole = whole[n], truth.seen = seen[n];
-    // what is left of a lost part at its joint's plane is none of it
+    // a lost part's remainder at its joint's plane does not count
     const bool lost =
         warp.loss && hangs_on(int(n), warp.loss->part) && (int(n) != warp.loss->part || warp.loss->from == 0);
     truth.share = whole[n].mass > 0.02 && !(lost && whole[n].mass < 0.3)
@@ -155,7 +155,7 @@ void judge(const std::array<Inertial, parts.size()>& whole, const std::array<Ine
   }
 }
 
-// Without what hangs on lost bones.
+// Removes landmarks of lost bones.
 void lose_landmarks(const Loss& loss, Landmarks& landmarks) {
   const Part& lost = parts[static_cast<std::size_t>(loss.part)];
   const std::string side = lost.name.ends_with("_left") ? "_left" : "_right";
@@ -171,7 +171,7 @@ void lose_landmarks(const Loss& loss, Landmarks& landmarks) {
   for (std::size_t n = upper ? 0 : 3; n < names.size(); ++n) landmarks.erase(names[n] + side);
 }
 
-// How much more tissue of different limbs there is in 14 mm cells than fits into them, mm^3.
+// Excess of tissue of different limbs in 14 mm cells over the cells' volume, mm^3.
 template <class Place>
 double crowding(const LabelledBody& body, const Place& place) {
   const Grid& g = body.grid;
@@ -189,7 +189,7 @@ double crowding(const LabelledBody& body, const Place& place) {
                       std::int64_t(std::floor(p.z()));
     ++cells[cell][limb(parts[body.owner[n]].name)];
   }
-  // more tissue in a cell than fits into it
+  // the amount that fits into a cell
   const double most = 14 * 14 * 14 / (18 * g.voxel_volume());
   double sum = 0;
   for (const auto& [cell, count] : cells) {

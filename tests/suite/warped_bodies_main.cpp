@@ -1,9 +1,9 @@
 // warped_bodies: writes warped bodies and their truth.
 //   warped_bodies [--seeds FIRST LAST | --rest] [--body am|af|both] [--open-sealed] [--whole] --out FOLDER
-// Odd seeds are the sealed half, which nobody looks at: they are left out unless --open-sealed is given.
-// --whole: all of the body on 3 mm voxels without effects, to look at its shape and pose.
-// Each goes to FOLDER/NNN (with both bodies FOLDER/am/NNN ...; at rest FOLDER/am, FOLDER/af): scan.nii.gz,
-// parts.nii.gz, bones.nii.gz, truth.json.
+// Odd seeds are the sealed half, kept unseen for the final score: they are omitted unless --open-sealed is
+// given. --whole: the whole body on 3 mm voxels without effects, to inspect its shape and pose. Each goes to
+// FOLDER/NNN (with both bodies FOLDER/am/NNN ...; at rest FOLDER/am, FOLDER/af): scan.nii.gz, parts.nii.gz,
+// bones.nii.gz, truth.json.
 #include <fmt/core.h>
 
 #include <chrono>

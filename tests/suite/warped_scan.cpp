@@ -78,7 +78,7 @@ Grid scan_grid(const Scanner& scanner, const Landmarks& landmarks,
     if ((p - view.low).minCoeff() >= 0 && (view.high - p).minCoeff() >= 0)
       shown.hold(inverse * p), sum += inverse * p, ++count;
   }
-  // (no body beyond the view's ends: a margin only where the body ends by itself)
+  // a margin only where the body itself ends, not at the view's ends
   Box all;
   for (const auto& corner : corners) all.hold(inverse * corner.cast<double>());
   Vector3d first, last;
@@ -89,7 +89,7 @@ Grid scan_grid(const Scanner& scanner, const Landmarks& landmarks,
   }
   if (view.low.x() > -1e8) first[0] = std::ceil(shown.low[0]);
   if (view.high.x() < 1e8) last[0] = std::floor(shown.high[0]);
-  // a round view is about the body, not about the box of outstretched limbs
+  // a round view is centred on the body, not on the box around outstretched limbs
   if (scanner.effects.field_of_view > 0 && count > 0)
     for (int c = 0; c < 2; ++c) {
       const double half = 0.5 * scanner.effects.field_of_view / scanner.spacing[c];

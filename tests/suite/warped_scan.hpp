@@ -1,4 +1,4 @@
-// The scanner's side of a warped body: its grid, its view of the body, and what lies about it.
+// The scanner of a warped body: its grid, its view of the body, and surrounding objects.
 #pragma once
 
 #include <vector>
@@ -14,17 +14,17 @@ struct Box {
   void hold(const Eigen::Vector3d& p) { low = low.cwiseMin(p), high = high.cwiseMax(p); }
 };
 
-/// What a view shows of a body with these (moved) landmarks, patient frame, mm: 1e9 where it has no end.
+/// The box that a view shows of a body with these (moved) landmarks, patient frame, mm; 1e9: unlimited.
 Box view_box(const Scanner& scanner, const Landmarks& landmarks);
 
-/// The scan's grid: it holds the body's corners and 15 mm of air, as far as the view shows them.
+/// The scan's grid: it contains the body's corners and 15 mm of air, clipped to the view.
 Grid scan_grid(const Scanner& scanner, const Landmarks& landmarks,
                const std::vector<Eigen::Vector3f>& corners);
 
-/// A grid of cubes along the patient's axes that holds all corners.
+/// A grid of cubes along the patient's axes that contains all corners.
 Grid cube_grid(const std::vector<Eigen::Vector3f>& corners, double step);
 
-/// Table top (a trough of 24 mm, 3 mm behind the body) and blanket (6 mm) as CT numbers at places of air.
+/// Table top (a trough of 24 mm, 3 mm behind the body) and blanket (6 mm) as CT numbers at points in air.
 class Surroundings {
  public:
   Surroundings(const ScanOptions& options, const std::vector<Eigen::Vector3f>& corners, double blanket_top);

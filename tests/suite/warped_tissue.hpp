@@ -1,4 +1,4 @@
-// What a warped body's voxels hold: contrast agent, metal, stumps and what stands in for lost limbs.
+// Contents of a warped body's voxels: contrast agent, metal, stumps and prostheses.
 #pragma once
 
 #include <cstdint>
@@ -12,16 +12,16 @@ namespace borelli::suite {
 /// By number of the body's voxels.
 struct WarpedTissue {
   std::vector<std::int16_t> hu, density;
-  std::vector<std::uint8_t> gone;   ///< not there
-  std::vector<std::uint8_t> thing;  ///< there, but no body
+  std::vector<std::uint8_t> gone;   ///< removed
+  std::vector<std::uint8_t> thing;  ///< an object, not body
   std::vector<std::uint8_t> bone;
 };
 
-/// A stump's bone ends 25 mm before its flesh, under muscle, and its last 4 mm are skin. A metal hip is the
+/// A stump's bone ends 25 mm before its flesh, under muscle; the last 4 mm are skin. A metal hip is the
 /// femoral head, its socket's inside and a stem of 130 mm.
 WarpedTissue warped_tissue(const LabelledBody& body, const Warp& warp);
 
-/// Whether a part hangs on another, or is it.
+/// Whether a part is another part or lies beyond it.
 bool hangs_on(int part, int on);
 
 }  // namespace borelli::suite

@@ -40,7 +40,7 @@ TEST(Slabs, EachIsProcessedOnce) {
     }
 }
 
-// `--threads` of the program counts for all that shares work, whoever asks for all there are.
+// The program's `--threads` limits all parallel work, also if a caller requests all threads.
 TEST(Slabs, UsesTheRequestedNumberOfThreads) {
   const int before = all_threads;
   for (const int told : {1, 3}) {

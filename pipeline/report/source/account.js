@@ -76,7 +76,7 @@ export function makeTimings(run) {
   );
 }
 
-/** run.json's head (all but the stages), or where it has no settings the stages', as terms and values. */
+/** The settings as terms and values: run.json's head (all but the stages), or the stages' settings if it has none. */
 export function makeSettings(run) {
   if (!run) return null;
   const rows = [];

@@ -1,4 +1,4 @@
-// The scene of the player: the body of body.glb, its way, the ground, the lights, and the camera that sees them.
+// The player's scene: the body of body.glb, its path, the ground, the lights and the camera.
 import {
   AmbientLight,
   AnimationMixer,
@@ -29,7 +29,7 @@ import { css } from './dom.js';
 import { makeForceArrows } from './force_arrows.js';
 
 export const views = {
-  // where the camera stands, seen from the body; the patient looks along +Z, the left hand is at +X
+  // direction from the body to the camera; the patient faces +Z, the left hand is at +X
   'Three-quarter': [-0.55, 0.22, 1],
   Front: [0, 0.02, 1],
   Side: [1, 0.02, 0.001],
@@ -44,7 +44,7 @@ export async function makeBody(canvas, glb, way, loads) {
   const scene = new Scene();
   const camera = new PerspectiveCamera(28, 1, 0.01, 200);
   const orbit = new OrbitControls(camera, canvas);
-  // the page scrolls past the picture; only one that was clicked or tabbed to takes the wheel, or Ctrl with it
+  // the wheel scrolls the page; it zooms only with Ctrl or after a click or tab into the picture
   orbit.enableZoom = false;
   canvas.addEventListener('focus', () => {
     orbit.enableZoom = true;
@@ -91,7 +91,7 @@ export async function makeBody(canvas, glb, way, loads) {
   scene.add(ground.group, ...[path, arrows].filter(Boolean).map(({ group }) => group));
 
   let asked = false;
-  // a body whose whole way would make it small in the picture is followed
+  // the camera follows a body whose whole path would make it small in the picture
   let follow = travel.box.getSize(new Vector3()).length() > 1.2 * travel.size;
   let centre = travel.start.clone();
   const draw = () => {
@@ -191,7 +191,7 @@ const middle = (solids) => {
   return box.getCenter(new Vector3());
 };
 
-/** How far from `target` a camera that looks at it along -direction must stand to see all these spheres. */
+/** Distance from `target` at which a camera that looks along -direction sees all these spheres. */
 function distanceToSee(spheres, target, direction, camera) {
   const right = new Vector3(0, 1, 0).cross(direction).normalize();
   const up = direction.clone().cross(right);
@@ -208,7 +208,7 @@ function distanceToSee(spheres, target, direction, camera) {
   );
 }
 
-/** The gravity centre's way as a line, and where it is now. */
+/** The gravity centre's path as a line, and a ball at its current position. */
 function makePath({ times, points }, size) {
   const there = points.map(([x, y, z]) => new Vector3(x, z, -y)); // the world is Z up, glTF Y up
   const material = new LineBasicMaterial({ transparent: true, opacity: 0.8 });
@@ -235,8 +235,8 @@ function makePath({ times, points }, size) {
 }
 
 /**
- * Where the body goes: the box and the spheres that hold the whole motion, the spheres again about the body's middle
- * of their time, and at the start its middle and its size.
+ * The space of the motion: the box and the spheres that contain all of it, the spheres relative to the body's middle
+ * at their time, and the body's middle and size at the start.
  */
 function measure(model, solids, duration, pose) {
   const box = new Box3();

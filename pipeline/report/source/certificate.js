@@ -1,4 +1,4 @@
-// What the simulation's certificate says, in words.
+// The simulation's certificate in words.
 import { h, seconds, significant } from './dom.js';
 
 /** The certificate's method of a recorded motion: nothing was computed, so nothing was checked. */
@@ -83,14 +83,14 @@ function stepsOf(c) {
   const smallest =
     c.steps_accepted === 0
       ? ''
-      : c.smallest_step_time === 0 // so it is where all steps are even
+      : c.smallest_step_time === 0 // as with equal steps
         ? `; none was smaller than the first, ${seconds(c.smallest_step)}`
         : `; the smallest was ${seconds(c.smallest_step)}, at ${seconds(c.smallest_step_time)}`;
   const by = c.method ? ` (${c.method}, the ${c.equations} equations)` : '';
   return `The integrator${by} took ${c.steps_accepted} steps${rejected}, with ${c.evaluations} evaluations of the equations${smallest}.`;
 }
 
-/** The worst residual of each constraint; null where there are none. */
+/** The worst residual of each constraint; null if there are none. */
 export function residualTable(motion) {
   const rows = motion.certificate.residuals ?? [];
   if (rows.length === 0) return null;
@@ -149,7 +149,7 @@ const eventWords = {
   rank_regained: 'rank is back',
 };
 
-/** What happened when; null where nothing did. */
+/** The events with their times; null if there are none. */
 export function eventTable(motion) {
   const events = motion.certificate.events ?? [];
   if (events.length === 0) return null;

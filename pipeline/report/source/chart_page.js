@@ -40,5 +40,5 @@ for (const row of rows) {
 show();
 darkScheme.addEventListener('change', show);
 
-// for a test: the plots, by their place in the page
+// for tests: the plots in page order
 window.borelli = { ready: Promise.resolve(), plots: made };

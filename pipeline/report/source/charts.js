@@ -2,7 +2,7 @@
 import uPlot from 'uplot';
 import { css, darkScheme, fixed, h, onResize, seconds, significant } from './dom.js';
 
-// Okabe & Ito's colours, told apart by the colour-blind; each with a dash of its own for grey print.
+// Okabe & Ito's colours, which colour-blind readers can distinguish; each with its own dashes for grey print.
 const okabeIto = ['#0072b2', '#e69f00', '#009e73', '#cc79a7', '#56b4e9', '#d55e00'];
 const stroke = (i) =>
   okabeIto[darkScheme.matches && i % 6 === 0 ? 4 : darkScheme.matches && i % 6 === 4 ? 0 : i % 6]; // the dark blue not on black
@@ -10,7 +10,7 @@ const dashes = [[], [9, 4], [3, 3], [9, 3, 2, 3], [14, 4], [2, 5]];
 
 const sideNumbers = { left: 0, right: 5, '': 2 };
 
-/** Colour of a body's side, or of what has none, in every chart and in the player. */
+/** Colour of a body's side, or of sideless quantities, in every chart and in the player. */
 export const sideColour = (side) => stroke(sideNumbers[side]);
 
 /**

@@ -1,7 +1,7 @@
 // The scan summed from front to back with joint centres and cut planes over it, and the table of the joints.
 import { fixed, h, partTitle } from './dom.js';
 
-// CSS pixels: from this width of a page on the joints' table stands beside the picture, and what it takes there
+// CSS pixels: page width from which the joints' table is beside the picture, and the table's width there
 const besideTable = 812;
 const jointTableWidth = 560;
 
@@ -102,7 +102,7 @@ function sumAlongDepth(volume, parts) {
   return image;
 }
 
-/** A yellow line in a dark casing, seen on bone and beside the body. */
+/** A yellow line with a dark outline, visible on bone and outside the body. */
 const cutLine = (path, title) =>
   h(
     'g',
@@ -119,7 +119,7 @@ function cutMarks(lines, place) {
   });
 }
 
-/** A ring at each joint centre, its name at the nearer side with a line, names kept apart. */
+/** A ring at each joint centre, with a line to its name at the nearer side; names do not overlap. */
 function jointMarks(joints, place, { width, height, margin }) {
   const placed = joints.map((joint) => {
     const [x, y] = place(joint.point);

@@ -1,10 +1,10 @@
-// What report.cpp wrote into the page: one JSON block and some binary blocks (zlib stream, base64).
+// Reads the data that report.cpp wrote into the page: one JSON block and binary blocks (zlib stream, base64).
 
 export function readReport() {
   return JSON.parse(document.getElementById('report').textContent);
 }
 
-/** The bytes of a binary block; null where the report has none of this name. */
+/** The bytes of the binary block with this name; null if the report has none. */
 export async function readBlock(name) {
   const element = document.getElementById(`block-${name}`);
   if (!element) return null;

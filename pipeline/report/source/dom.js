@@ -32,7 +32,7 @@ export function h(tag, attributes = {}, ...children) {
   return element;
 }
 
-/** A number with `digits` significant digits, without exponent for everyday sizes; a dash where it is missing. */
+/** A number with `digits` significant digits, without exponent for everyday sizes; a dash if it is missing. */
 export function significant(value, digits = 4) {
   if (typeof value !== 'number' || !Number.isFinite(value)) return '–';
   if (value === 0) return '0';
@@ -45,7 +45,7 @@ export function significant(value, digits = 4) {
   return minus(value.toFixed(decimals));
 }
 
-/** A number with a fixed count of decimals; a dash where it is missing. */
+/** A number with a fixed count of decimals; a dash if it is missing. */
 export function fixed(value, decimals) {
   if (typeof value !== 'number' || !Number.isFinite(value)) return '–';
   const text = value.toFixed(decimals);
@@ -88,7 +88,7 @@ const minus = (text) => text.replace('-', '−');
 const superscript = (number) =>
   [...String(number)].map((c) => (c === '-' ? '⁻' : '⁰¹²³⁴⁵⁶⁷⁸⁹'[Number(c)])).join('');
 
-/** A section of the page with its heading; null where it has nothing to show. */
+/** A section of the page with its heading; null if it has nothing to show. */
 export function section(id, title, ...content) {
   return h(
     'section',
@@ -108,7 +108,7 @@ export function onResize(element, redraw) {
   }).observe(element);
 }
 
-/** Value of a CSS variable of the page, as the present colour scheme has it. */
+/** Value of a CSS variable of the page in the current colour scheme. */
 export const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
 export const darkScheme = window.matchMedia('(prefers-color-scheme: dark)');

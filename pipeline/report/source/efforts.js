@@ -1,5 +1,5 @@
 // The section on joint moments: angle, moment with its error band, and power of one joint's motion over time, left over
-// right; what the curves say in words. Heading and tables are in the page already (effort_section.cpp).
+// right; and sentences about the curves. Heading and tables are in the page already (effort_section.cpp).
 import { makeChart } from './charts.js';
 import { fixed, h } from './dom.js';
 
@@ -20,13 +20,13 @@ export function between(times, time) {
 
 const capital = (text) => text.charAt(0).toUpperCase() + text.slice(1);
 
-/** How many decimals (at most 3) show `digits` significant digits, as in effort_section.cpp. */
+/** The number of decimals (at most 3) that shows `digits` significant digits, as in effort_section.cpp. */
 const decimalsOf = (value, digits) =>
   value ? Math.min(3, Math.max(0, digits - 1 - Math.floor(Math.log10(Math.abs(value))))) : 0;
 
 const short = (value) => fixed(value, decimalsOf(value, 3));
 
-/** "−48.3 ± 2.1": two digits of the deviation decide how many the value has. */
+/** "−48.3 ± 2.1": two digits of the deviation set the number of the value's digits. */
 function withDeviation(value, deviation) {
   if (!(deviation > 0)) return short(value);
   const decimals = decimalsOf(deviation, 2);
@@ -45,7 +45,7 @@ function sharesInWords(shares) {
   return parts.length > 0 ? ` ${parts.join(', ')}.` : '';
 }
 
-/** What is largest in one coordinate's curves, as a sentence; `mass` in kg, or 0. */
+/** A sentence with the largest values of one coordinate's curves; `mass` in kg, or 0. */
 function peakInWords({ label, peak, shares }, mass) {
   const perMass = mass > 0 ? ` (${withDeviation(peak.moment / mass, peak.deviation / mass)} N m/kg)` : '';
   return h(
@@ -59,7 +59,7 @@ function peakInWords({ label, peak, shares }, mass) {
 
 const unique = (list) => [...new Set(list)];
 
-/** Three charts, one below the other, of coordinates that are one joint's motion to the left and right. */
+/** Three stacked charts of one joint's motion, with its left and right coordinates. */
 function chartsOf(efforts, coordinates, { perMass, ball }, link) {
   const scale = perMass ? 1 / efforts.mass_kg : 1;
   const times = efforts.times;

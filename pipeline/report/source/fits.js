@@ -1,4 +1,4 @@
-// The bone that joint centres were measured on, with the sphere's or cylinder's circle upon it.
+// Pictures of the bone on which joint centres were measured, with the circle of the sphere or cylinder.
 import { fixed, h, partTitle } from './dom.js';
 
 const shown = 150; // pixels on screen

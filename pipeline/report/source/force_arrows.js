@@ -8,9 +8,9 @@ const least = 5; // N: a plate's noise has no direction
 const up = new Vector3(0, 1, 0);
 const inScene = ([x, y, z]) => new Vector3(x, z, -y); // the world is Z up, glTF Y up
 
-const casing = 0.006; // m, about each part
+const casing = 0.006; // m, outline of each part
 
-/** One arrow along +Y from the origin. Nothing hides it, and a light casing sets it off from the body's colours. */
+/** One arrow along +Y from the origin. Nothing hides it, and a light outline separates it from the body's colours. */
 function makeArrow() {
   const colour = new MeshBasicMaterial({ depthTest: false, transparent: true });
   const light = new MeshBasicMaterial({ color: 0xffffff, depthTest: false, transparent: true, opacity: 0.8 });
@@ -19,7 +19,7 @@ function makeArrow() {
   const group = new Group();
   const part = (geometry, material, order, radial) => {
     const mesh = new Mesh(geometry, material);
-    mesh.renderOrder = order; // the casings first
+    mesh.renderOrder = order; // outlines first
     mesh.scale.set(radial, 1, radial);
     group.add(mesh);
     return mesh;

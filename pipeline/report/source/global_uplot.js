@@ -1,2 +1,2 @@
-// Stands for the package uplot in the programs of the pages (build.mjs): a page holds uplot_program.js before them.
+// Replaces the package uplot in the pages' programs (build.mjs), because pages load uplot_program.js before them.
 export default window.uPlot;

@@ -1,4 +1,4 @@
-// How often each grey value occurs, in the whole scan and in the body, with the tissues' thresholds.
+// The histogram of grey values, of the whole scan and of the body, with the tissues' thresholds.
 import { fixed, h, onResize } from './dom.js';
 
 const axisNames = {
@@ -11,7 +11,7 @@ const left = 52;
 const right = 14;
 const plotHeight = 190;
 const rowHeight = 17;
-const textWidth = 6.6; // of a letter of the tissues' names, at most
+const textWidth = 6.6; // largest width of a letter in the tissues' names
 
 /** `counts` = {low, width, all, body?, below, above, tissues: [{name, to}]} as report.cpp writes it. */
 export function makeHistogram(counts, quantity) {
@@ -85,19 +85,19 @@ export function makeHistogram(counts, quantity) {
 function outline(bins, low, step, x, y, base) {
   let path = `M${x(low).toFixed(1)} ${base}`;
   bins.forEach((count, bin) => {
-    const up = count > 0 ? y(count) - 1 : base; // one voxel is seen, too
+    const up = count > 0 ? y(count) - 1 : base; // a single voxel is visible too
     path += `V${up.toFixed(1)}H${x(low + step * (bin + 1)).toFixed(1)}`;
   });
   return `${path}V${base}Z`;
 }
 
 /**
- * Each tissue within the values shown: {name, from, to, text, at, row}; its text stands in the highest row in which
- * neither it nor the line up to it meets another's.
+ * Each tissue within the shown values: {name, from, to, text, at, row}; its text is in the highest row in which
+ * neither it nor the line up to it crosses another's.
  */
 function bandsOf({ tissues }, low, high, x, width) {
   const bands = [];
-  const ends = []; // where the last text of each row ends
+  const ends = []; // end of the last text in each row
   let from = null;
   for (const { name, to } of tissues) {
     const band = { name, from, to };
@@ -118,7 +118,7 @@ function bandsOf({ tissues }, low, high, x, width) {
   return bands;
 }
 
-/** A line at each threshold, up beside the text of the tissue above it, or below it where it was moved to the left. */
+/** A line at each threshold, up to the text of the tissue above it, or below the text if that was moved to the left. */
 function thresholds(bands, x, base) {
   const end = ({ from, at, row }) => 4 + (at > x(from) ? row : row + 1) * rowHeight;
   return bands.flatMap((band) => [

@@ -1,5 +1,5 @@
-// The inertia of a picked part in the scene: the ellipsoid of the part's mass and principal moments about its gravity
-// centre, and its principal axes, which stick out by half of their length.
+// The inertia of a selected part in the scene: the ellipsoid of the part's mass and principal moments about its gravity
+// centre, and its principal axes, which extend beyond it by half of their length.
 import {
   BufferGeometry,
   Group,
@@ -14,7 +14,7 @@ import {
 
 export const axisColours = ['#d55e00', '#009e73', '#0072b2']; // of the smallest, middle and largest moment
 
-/** Semi-axes (m) of the homogeneous ellipsoid with this mass (kg) and these principal moments (kg m²); null: none has. */
+/** Semi-axes (m) of the homogeneous ellipsoid with this mass (kg) and these principal moments (kg m²); null if there is none. */
 export function semiAxes(mass, [a, b, c]) {
   const squares = [b + c - a, c + a - b, a + b - c].map((sum) => (2.5 * sum) / mass);
   return mass > 0 && squares.every((square) => square > 0) ? squares.map(Math.sqrt) : null;

@@ -2,7 +2,7 @@
 import { fixed, h, onResize, partTitle, significant } from './dom.js';
 
 const rowHeight = 26;
-// de Leva's masses are Zatsiorsky's, so that the two marks would lie on each other in most rows
+// de Leva's masses are Zatsiorsky's, so the two marks would coincide in most rows
 const closest = 5; // pixels
 const marks = [
   {
@@ -17,13 +17,13 @@ const marks = [
   },
   {
     key: 'zatsiorsky',
-    hiddenBy: 'deleva', // drawn where it stands apart from that mark
+    hiddenBy: 'deleva', // drawn only if it is apart from that mark
     draw: (x, y) =>
       h('path', { class: 'mark filled', d: `M${x} ${y - 5.5} L${x + 5.5} ${y + 4.5} L${x - 5.5} ${y + 4.5} Z` }),
   },
 ];
 
-/** `rows` as rowsOf() gives them, `names` the published tables' titles, `whole` what the percents are of. */
+/** `rows` from rowsOf(), `names` the published tables' titles, `whole` the reference of the percentages. */
 export function makeMassChart(rows, names, whole) {
   const drawing = h('svg', {
     class: 'masses',
@@ -34,7 +34,7 @@ export function makeMassChart(rows, names, whole) {
     const width = drawing.parentElement?.clientWidth ?? 0;
     if (width === 0) return;
     const left = 132;
-    const roomy = width > 520; // for a value's deviation in words
+    const roomy = width > 520; // room for a value's deviation in words
     const right = roomy && rows.some(hasDeviation) ? 112 : 66;
     const used = marks.filter(({ key }) => rows.some((row) => Number.isFinite(row.published[key]?.mass)));
     const largest = Math.max(
@@ -99,7 +99,7 @@ export function makeMassChart(rows, names, whole) {
 
 const hasDeviation = (row) => Number.isFinite(row.share) && row.shareDeviation > 0;
 
-/** A bar with ends from x1 to x2, in a casing that parts it from the bar below. */
+/** An error bar from x1 to x2, with an outline that separates it from the bar below. */
 const errorBar = (x1, x2, y) => {
   const path = `M${x1} ${y}H${x2}M${x1} ${y - 3}V${y + 3}M${x2} ${y - 3}V${y + 3}`;
   return h(

@@ -8,7 +8,7 @@ const speeds = [0.01, 0.1, 0.25, 0.5, 1, 2];
 
 /**
  * The player; `glb` are the bytes of the model, `facts` maps a part's name to {mass, share} in the table's order,
- * `way` = {times, points} is the gravity centre's way in the world (Z up, m), `loads` = {times, forces, origin} the
+ * `way` = {times, points} is the gravity centre's path in the world (Z up, m), `loads` = {times, forces, origin} the
  * ground forces (see makeForceArrows); each may be null.
  */
 export async function makePlayer(glb, facts, way, loads) {
@@ -46,11 +46,11 @@ export async function makePlayer(glb, facts, way, loads) {
   };
 }
 
-/** A leap is over in a second: too fast to look at. */
+/** A leap takes only a second, too fast to watch. */
 const usualSpeed = ({ duration }) =>
   duration > 0 ? (speeds.findLast((s) => s <= 1 && duration / s > 1.5) ?? speeds[0]) : 1;
 
-/** Play, pause, seek; time runs with the wall clock times the speed and starts anew at the end. */
+/** Play, pause, seek; time runs at `speed` times the wall clock and restarts at the end. */
 function makeClock(body) {
   const listeners = [];
   let time = 0;
@@ -206,7 +206,7 @@ function controlsOf(body, clock) {
   );
 }
 
-/** The list of parts beside the body; hovering or focusing one lights it up, a click keeps it. */
+/** The list of parts beside the body; hovering or focusing highlights a part, a click selects it. */
 function makeLegend(body, facts, stage) {
   let kept = null;
   let ellipsoid = null;
@@ -229,7 +229,7 @@ function makeLegend(body, facts, stage) {
     light(kept);
     showInertia(kept);
   };
-  /** The kept part's inertia, and its principal moments below the list. */
+  /** The selected part's inertia, and its principal moments below the list. */
   const showInertia = (name) => {
     ellipsoid?.removeFromParent();
     const solid = body.solids.find((one) => one.name === name);
@@ -248,7 +248,7 @@ function makeLegend(body, facts, stage) {
       );
     body.ask();
   };
-  /** Keeps a part that was picked elsewhere on the page, and brings the scene into view. */
+  /** Selects a part chosen elsewhere on the page, and scrolls to the scene. */
   const pick = (name) => {
     if (!rows.has(name)) return;
     if (kept !== name) keep(name);

@@ -5,9 +5,9 @@ import { css, h } from './dom.js';
 import { colourOf, drawCurve, drawEdge, drawTiles, sampleOf, swatchOf } from './plot_marks.js';
 import { tickText, ticksOf } from './plot_ticks.js';
 
-const reach = 40; // pixels: how far from the pointer a point may lie to be told
+const reach = 40; // pixels: largest distance from the pointer to a point with a readout
 
-/** {element, draw, tell}; `tips` are the page's texts, to which points refer by number. */
+/** Returns {element, draw, tell}; `tips` are the page's texts, to which points refer by number. */
 export function makePlot(data, tips) {
   const shown = data.curves.map((curve) => curve.shown);
   const holder = h('div', { class: 'chart-holder' });
@@ -30,7 +30,7 @@ export function makePlot(data, tips) {
     for (const button of legend.querySelectorAll(`[data-curve="${curve}"]`))
       button.setAttribute('aria-pressed', String(shown[curve]));
   };
-  /** Tells what lies at a place in the plotting area (pixels); null: nothing. */
+  /** Shows the readout at a position in the plotting area (pixels); null hides it. */
   const tell = (left, top) => {
     const found = nearestPoint(chart, data, shown, left, top) ?? tileAt(chart, data, left, top);
     tip.hidden = ring.hidden = !found;
@@ -44,14 +44,14 @@ export function makePlot(data, tips) {
   };
   const listen = (over) => {
     const at = (event) => {
-      if (event.buttons && event.pointerType === 'mouse') return; // a drag enlarges
+      if (event.buttons && event.pointerType === 'mouse') return; // a drag zooms in
       const box = over.getBoundingClientRect();
       tell(event.clientX - box.left, event.clientY - box.top);
     };
     over.addEventListener('pointermove', at);
     over.addEventListener('pointerdown', at);
     over.addEventListener('pointerleave', (event) => {
-      if (event.pointerType === 'mouse') tip.hidden = ring.hidden = true; // a touch leaves its answer
+      if (event.pointerType === 'mouse') tip.hidden = ring.hidden = true; // after a touch the readout stays
     });
   };
   const legend = h('div', { class: 'legend', role: 'group', 'aria-label': 'Curves' });
@@ -68,7 +68,7 @@ export function makePlot(data, tips) {
   return { element, draw, tell, data, position: (x, y) => [chart.valToPos(x, 'x'), chart.valToPos(y, 'y')] };
 }
 
-/** The tip beside a place in the plotting area, within the frame. */
+/** Puts the tip beside a position in the plotting area, within the frame. */
 function place(tip, over, holder, left, top) {
   const frame = holder.getBoundingClientRect();
   const box = over.getBoundingClientRect();
@@ -79,7 +79,7 @@ function place(tip, over, holder, left, top) {
   tip.style.top = `${y + 16 + tip.offsetHeight > frame.height ? Math.max(0, y - 16 - tip.offsetHeight) : y + 16}px`;
 }
 
-/** "time 0.3 s" for the axis "time (s)"; the unit is what the last brackets hold. */
+/** "time 0.3 s" for the axis "time (s)"; the unit is the text in the last brackets. */
 function withUnit(label, value) {
   const [, name, unit] = /^(.*?)(?: \(([^()]*)\))?$/.exec(label);
   return `${name}: ${tickText(value, false, 4)}${unit ? ` ${unit}` : ''}`;
@@ -91,7 +91,7 @@ function wordsOf(data, tips, { tipNumber, curve, point }) {
   return [name, withUnit(data.y.label, y[point]), withUnit(data.x.label, x[point])].join('\n');
 }
 
-/** The drawn point or cross nearest to a place: {left, top, curve, point, tipNumber}. */
+/** The drawn point or cross nearest to a position: {left, top, curve, point, tipNumber}. */
 function nearestPoint(chart, data, shown, left, top) {
   let best = null;
   let least = reach;
@@ -123,7 +123,7 @@ function tileAt(chart, { tiles = [] }, left, top) {
   return tile ? { tipNumber: tile[5] } : null;
 }
 
-// uPlot asks for a series, which a map of tiles need not have
+// uPlot needs a series, which a map of tiles may lack
 const seriesOf = ({ curves }) => [null, ...curves.map(({ x, y }) => [x, y]), ...(curves.length > 0 ? [] : [[[], []]])];
 
 function optionsOf(data, shown, width) {

@@ -1,7 +1,7 @@
-// What a plot's canvas shows within its axes: curves with dots, squares and triangles, crosses at the upper edge, tiles.
+// Draws a plot's contents within its axes: curves with dots, squares and triangles, crosses at the upper edge, tiles.
 import { css, darkScheme, h } from './dom.js';
 
-// colours of plot_look.cpp that would be lost on a dark page
+// colours of plot_look.cpp that are invisible on a dark page
 const onDark = {
   '#0072B2': '#4c9be8',
   '#000000': '#f0f0f0',
@@ -29,7 +29,7 @@ function within(chart, draw) {
 
 const at = (chart, x, y) => [chart.valToPos(x, 'x', true), chart.valToPos(y, 'y', true)];
 
-/** A path of uPlot that is drawn at once, so that it returns none. `halo`: parted from tiles behind it. */
+/** A uPlot path builder that draws at once and returns no path. `halo`: an outline against the tiles behind. */
 export function drawCurve(chart, curve, halo) {
   within(chart, (pen, unit) => {
     const line = (colour, width, dash) => {

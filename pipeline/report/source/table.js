@@ -1,4 +1,4 @@
-// The inertia table beside published ones, in four views that print one below the other.
+// The inertia table with published values, in four views that print below each other.
 import { fixed, h, partTitle, signed } from './dom.js';
 import { inWords } from './words.js';
 
@@ -65,7 +65,7 @@ const scaled = (value, factor) => (Number.isFinite(value) ? value * factor : und
 const published = (p) =>
   p && { mass: p.mass_pct, centreShare: p.centre_pct, radii: p.radii_pct, whyNot: p.why_not };
 
-/** The published tables that have something to say beside this one, {key: title}. */
+/** The published tables with values for this one, {key: title}. */
 export function sourcesOf(rows) {
   const says = (key) =>
     rows.some(
@@ -78,7 +78,7 @@ export function sourcesOf(rows) {
   );
 }
 
-/** `pick` is called with the name of the part whose row is pressed; null: there is no scene. */
+/** `pick` is called with the name of the part whose row is pressed; null if there is no scene. */
 export function makeTables(report, rows, sources, pick) {
   const having = (value) =>
     Object.keys(sources).filter((key) => rows.some(({ published: p }) => p[key]?.[value] !== undefined));
@@ -99,7 +99,7 @@ export function makeTables(report, rows, sources, pick) {
   return element;
 }
 
-/** What the table was made from, in a sentence or two. */
+/** The table's sources, in a sentence or two. */
 function madeFrom(source) {
   if (!source) return null;
   const density = source.density_curve
@@ -210,7 +210,7 @@ const partCell = (row) =>
     row.flaw ? h('span', { class: 'badge', title: row.flaw }, 'impossible') : null,
   );
 
-/** Percent by which `value` differs from `reference`; nothing for a part that is cut. */
+/** Percentage by which `value` differs from `reference`; nothing for a cut part. */
 function difference(row, value, reference) {
   if (
     row.completeness !== 'whole' ||
@@ -384,7 +384,7 @@ function tensorTables(rows) {
   ];
 }
 
-/** Ends, cuts and axes of each segment, and why no published value stands beside it where none does. */
+/** Ends, cuts and axes of each segment, and the reason if it has no published value. */
 function notesTable(rows) {
   const words = (...texts) =>
     h(
@@ -415,7 +415,7 @@ function notesTable(rows) {
   );
 }
 
-/** The reasons why published values are missing, each once with the tables that it is true of. */
+/** The reasons for missing published values, each once with the tables concerned. */
 function whyNot(row) {
   const reasons = new Map();
   for (const [key, [, title]] of Object.entries(tables)) {

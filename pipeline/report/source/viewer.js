@@ -242,7 +242,7 @@ function account(report) {
   return section('run', 'The run', h('div', { class: 'account' }, content), settings);
 }
 
-// What a test or a reader's own script may use: `ready` resolves when all is drawn; seek(t) poses the body at t
+// For tests and readers' scripts: `ready` resolves when all is drawn; seek(t) poses the body at t
 // seconds and draws it before it returns.
 window.borelli = {
   ready: build().then((player) => {

@@ -1,7 +1,7 @@
-// The small copy of the scan that the report carries (thumbnail.hpp): grey values and part labels on one
+// The small copy of the scan in the report (thumbnail.hpp): grey values and part labels on one
 // isotropic grid along the patient's axes (x to the Left, y to the back, z up).
 
-/** About `about` = {size, spacing, origin, low, high, unit}; grey (null where the input was labels) and labels. */
+/** About `about` = {size, spacing, origin, low, high, unit}; grey (null if the input was labels) and labels. */
 export function makeVolume(about, grey, labels) {
   const [nx, ny, nz] = about.size;
   const step = about.spacing;
@@ -19,7 +19,7 @@ export function makeVolume(about, grey, labels) {
   };
 }
 
-// The three planes: which axis is held, which run along the picture's width and height, and whether the picture's
+// The three planes: the fixed axis, the axes along the picture's width and height, and whether the picture's
 // rows run against the axis. The patient is seen from the feet and from the front, as radiologists do.
 export const planes = {
   coronal: { held: 1, across: 0, down: 2, flip: true, letters: ['R', 'L', 'S', 'I'] },
@@ -114,7 +114,7 @@ export function toneTable(volume, { centre, width }) {
 
 const clamp = (value, high) => Math.min(Math.max(value, 0), high);
 
-/** Windows worth a button for what the grey values mean. */
+/** Useful windows for this quantity of grey values, each a button. */
 export function windowsOf(volume) {
   const all = { centre: (volume.low + volume.high) / 2, width: volume.high - volume.low };
   if (volume.quantity === 'hu') {

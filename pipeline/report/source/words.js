@@ -12,7 +12,7 @@ const known = {
   deleva: 'de Leva',
 };
 
-/** "deleva1996": "de Leva (1996)"; other names lose their underscores, a year stands apart. */
+/** "deleva1996": "de Leva (1996)"; other names lose their underscores, and a year is separated. */
 export function inWords(name) {
   const text = String(name);
   if (known[text]) return known[text];

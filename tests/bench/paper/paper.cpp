@@ -1,6 +1,6 @@
-// The comparison that the paper makes in words, measured: direct and symbolic treatment of Lagrange's
-// equations beside its own (`lagrange`) and today's (`recursive`), and its methods beside today's; what each
-// takes for an error, with the time to set it up and without. See README.md.
+// Measures the comparison that the paper makes in words. Lagrange's equations by direct and by symbolic
+// treatment are set against the paper's (`lagrange`) and today's (`recursive`), and the paper's integrators
+// against today's: time for an error, with and without the set-up. See README.md.
 #include <fmt/core.h>
 
 #include <CLI/CLI.hpp>
@@ -52,7 +52,7 @@ std::string method_of(const Variant& v) {
   return v.other ? v.method.substr(v.method.find(", ") + 2) : v.method;
 }
 
-/// s, of sympy and of the C compiler, as symbolic.py wrote them.
+/// Time that sympy and the C compiler took, s, from symbolic.py's record.
 Result<std::pair<double, double>> symbolic_setup(const std::string& name) {
   std::ifstream file(std::filesystem::path(BORELLI_SYMBOLIC_FOLDER) / (name + ".seconds"));
   std::pair<double, double> out;
@@ -60,7 +60,7 @@ Result<std::pair<double, double>> symbolic_setup(const std::string& name) {
   return out;
 }
 
-/// s, to read a scene and lay it out.
+/// Time to read and compile a scene, s.
 double own_setup(const std::string& file) {
   std::vector<double> seconds;
   for (int i = 0; i < 9; ++i) {
@@ -73,8 +73,8 @@ double own_setup(const std::string& file) {
   return seconds[seconds.size() / 2];
 }
 
-/// The largest part by which a treatment's accelerations differ from the recursive ones, at the start and
-/// at random velocities there.
+/// The largest relative difference of a treatment's accelerations from the recursive ones, at the start's
+/// positions with its own and with random velocities.
 double disagreement(System system, Treatment& treatment) {
   system.settings.baumgarte_alpha = system.settings.baumgarte_beta = 0;  // `evaluate` has none
   std::mt19937 random(1);

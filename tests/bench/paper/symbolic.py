@@ -34,14 +34,14 @@ def vector(v):
 
 
 def turn(axis, angle):
-    """About a unit axis (Rodrigues)."""
+    """The rotation about a unit axis (Rodrigues)."""
     x, y, z = axis
     K = sp.Matrix([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     return sp.eye(3) + sp.sin(angle) * K + (1 - sp.cos(angle)) * K * K
 
 
 def inertia(solid):
-    """Mass, gravity centre, tensor about it."""
+    """Mass, gravity centre, and tensor about the centre."""
     if "mass" in solid:
         return (number(solid["mass"]), vector(solid.get("centre", [0, 0, 0])),
                 sp.diag(*[number(x) for x in solid.get("tensor", [0, 0, 0])]))

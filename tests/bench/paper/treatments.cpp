@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::VectorXd;
 
-// m, rad: a step of central differences that leaves some eps^(2/3), where the size of things is about 1
+// m, rad: step of central differences; their error is about eps^(2/3) for quantities of size 1
 constexpr double step = 6e-6;
 
 class Direct : public Treatment {
@@ -81,7 +81,7 @@ class Direct : public Treatment {
     return out;
   }
 
-  /// Of the point that a row holds, above its plane: m, and its rate.
+  /// Height of the row's point above its plane, m, and its rate, m/s.
   std::pair<double, double> height(const VectorXd& q, const VectorXd& v, int row) {
     const auto& held = std::get<PointOnPlane>(system_.parameters.constraints[row].kind);
     const Site& site = system_.sites[system_.constraints[row].first_site];
@@ -148,7 +148,7 @@ class TreatedFlow : public Flow {
     return true;
   }
 
-  /// As our own runs' (README of dynamics).
+  /// The scale of errors, as in our own runs (dynamics/README.md).
   void set_scale(const VectorXd& y) {
     const int n = system_.nv;
     for (const CoordinateInfo& info : system_.coordinates) {
@@ -169,7 +169,7 @@ class TreatedFlow : public Flow {
   Eigen::LLT<Eigen::MatrixXd> factor_;
 };
 
-/// From y at t to `end` and no farther. Returns false if it did not come there.
+/// Steps from y at t exactly to `end`. Returns false if it fails.
 class Stepper {
  public:
   Stepper(TreatedFlow& flow, Integrator& integrator, double first, bool fixed)
@@ -196,7 +196,7 @@ class Stepper {
       const double reached = attempt.made > 0 ? attempt.made : h;
       ++made;
       t = fixed_ ? start + length * double(made) / double(steps) : last && reached == h ? end : t + reached;
-      // (a step that the end has cut short says little of what the next may be)
+      // a step shortened by the end says little about the next step
       if (!fixed_) step_ = last ? std::max(step_, attempt.next_step) : attempt.next_step;
       y.swap(out_);
       known_ = false;

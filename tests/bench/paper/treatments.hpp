@@ -1,10 +1,9 @@
-// The two ways beside which the paper sets its own (Gillard, Nourrit, Lucas, Remion: A generic algorithm for
-// the generation of physical movements of solid systems): Lagrange's equations by differences of the kinetic
-// energy, and by equations that a symbolic kernel has derived. Both are solved and stepped like each other,
-// by the integrators that the program has.
+// The two treatments that the paper compares with its own (Gillard, Nourrit, Lucas, Remion: A generic
+// algorithm for the generation of physical movements of solid systems): Lagrange's equations by differences
+// of the kinetic energy, and equations that a symbolic kernel derived. Both are solved in the same way and
+// stepped by the program's integrators.
 //
-// For scenes of hinges and slides that are neither driven nor act on each other but by their weight and by
-// points held in planes.
+// For scenes of undriven hinges and slides under weight alone, with points held in planes.
 #pragma once
 
 #include <memory>
@@ -22,16 +21,16 @@ struct TreatedTerms {
   Eigen::VectorXd f, E, h;
 };
 
-/// One way to have the terms at positions q and velocities v.
+/// One way to compute the terms at positions q and velocities v.
 class Treatment {
  public:
   virtual ~Treatment() = default;
   virtual void terms(const Eigen::VectorXd& q, const Eigen::VectorXd& v, TreatedTerms& out) = 0;
 };
 
-/// By differences: K - V of the whole system is evaluated some n^2/2 + 9n/2 times. As K is of second degree
-/// in the velocities, differences by them are exact; those by positions are central, with the step that keeps
-/// both their truncation and rounding smallest. Fails where the scene holds more than said above.
+/// By differences: K - V of the whole system is evaluated about n^2/2 + 9n/2 times. K is quadratic in the
+/// velocities, so differences by velocities are exact. Those by positions are central, with the step that
+/// balances truncation and rounding. Fails where the scene holds more than said above.
 Result<std::unique_ptr<Treatment>> direct_treatment(const System& system);
 
 /// The function that symbolic.py wrote for a scene.
@@ -39,12 +38,12 @@ using SymbolicTerms = void (*)(const double* q, const double* u, double* A, doub
                                double* h);
 std::unique_ptr<Treatment> symbolic_treatment(SymbolicTerms terms);
 
-/// The accelerations; constraints by Baumgarte's restoring ones with the system's gains, as the paper has
-/// them.
+/// The accelerations, with constraints held by Baumgarte stabilisation at the system's gains, as in the
+/// paper.
 Eigen::VectorXd accelerations(const System& system, Treatment& treatment, const Eigen::VectorXd& q,
                               const Eigen::VectorXd& v);
 
-/// The treatment under an integrator, for a chart of the system. `make` gives one that is ready.
+/// The treatment with an integrator, as a method for a chart of the system. `make` gives one that is ready.
 OtherMethod treated_method(const System& system, const std::string& name, const std::string& integrator,
                            std::function<std::unique_ptr<Treatment>()> make);
 

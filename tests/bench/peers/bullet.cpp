@@ -1,5 +1,5 @@
-// Bullet's multibody (Featherstone), in double precision: made from the tree without colliders, its world
-// stepped. Its links' frames lie in their gravity centres along their principal axes.
+// Bullet's multibody (Featherstone), in double precision: built from the tree without colliders and stepped
+// by its own world. Its link frames are at the gravity centres, along the principal axes.
 #include <BulletDynamics/Featherstone/btMultiBody.h>
 #include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
 #include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
@@ -39,7 +39,7 @@ class World {
     places_.resize(tree.links.size());
     for (std::size_t i = 0; i < tree.links.size(); ++i)
       if (tree.links[i].parent < 0) add_tree(int(i), rk4);
-    // (constraints between multibodies count only where both have colliders, in one island)
+    // Bullet ignores constraints between multibodies without colliders unless all are in one island.
     world_.getSimulationIslandManager()->setSplitIslands(!tree.held.empty());
     if (!tree.held.empty() && tree.grounds.empty())
       for (std::size_t k = 0; k < tree.links.size(); ++k) add_collider_of(k, new btEmptyShape, 0, 0, 4, 0);
@@ -92,10 +92,10 @@ class World {
  private:
   struct Place {
     btMultiBody* body = nullptr;
-    int index = -1;  ///< of its links; -1: its base
+    int index = -1;  ///< link number in the multibody; -1: its base
   };
 
-  /// The links of one root; a base that is the root where it is free, else the world.
+  /// Adds the links of one root. The base is the root if it is free, else the world.
   void add_tree(int root, bool rk4) {
     const bool floats = tree_.links[root].joint == Link::Joint::free;
     std::vector<int> links;
@@ -155,7 +155,7 @@ class World {
     }
     const Vector3d own(link.v[ball], link.v[ball + 1], link.v[ball + 2]);
     const Eigen::Quaterniond q(link.q[ball], link.q[ball + 1], link.q[ball + 2], link.q[ball + 3]);
-    if (ball == 0) {  // along the principal axes
+    if (ball == 0) {  // in the principal axes
       const Vector3d axis = link.principal.transpose() * q.vec(), omega = link.principal.transpose() * own;
       const double position[] = {axis[0], axis[1], axis[2], q.w()};
       body->setJointPosMultiDof(k, position);
@@ -198,7 +198,7 @@ class World {
     add_collider(std::move(collider), shape, restitution, friction, group, mask);
   }
 
-  /// A plane of its own for each form, of which a link has one at most (make_bullet).
+  /// Adds a plane for each form; a link has one form at most (make_bullet checks).
   void add_ground(const Ground& g) {
     world_.getSolverInfo().m_restitutionVelocityThreshold = 1e-6;
     const Link& link = tree_.links[g.centre.link];
@@ -303,7 +303,7 @@ class Bullet : public Peer {
   Result<Run> run(std::size_t method, double step, double, const std::vector<double>& times,
                   const std::function<bool()>& go_on) override {
     if (!tree_.grounds.empty())
-      worlds_[method] = std::make_unique<World>(tree_, method == 1);  // (no contact kept)
+      worlds_[method] = std::make_unique<World>(tree_, method == 1);  // a new world, without old contacts
     World& world = *worlds_[method];
     world.reset();
     Run out;

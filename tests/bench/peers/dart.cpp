@@ -1,4 +1,4 @@
-// DART: a skeleton made from the tree, its world stepped (semi-implicit Euler, its one method).
+// DART: a skeleton built from the tree and stepped by DART's world (semi-implicit Euler, its only method).
 #include <dart/collision/dart/DARTCollisionDetector.hpp>
 #include <dart/dart.hpp>
 
@@ -26,7 +26,7 @@ class Dart : public Peer {
     world_->addSkeleton(skeleton_);
     set_start();
     for (const Held& h : tree.held) {
-      // (it takes the point in the world)
+      // DART takes the point in world axes
       const At& on = h.a.link < 0 ? h.b : h.a;
       const Eigen::Vector3d p = bodies_[on.link]->getTransform() * on.point;
       const int other = h.a.link < 0 ? -1 : h.b.link;
@@ -52,7 +52,7 @@ class Dart : public Peer {
       for (long i = 0; i < steps; ++i) {
         push();
         world_->step();
-        // (it aborts the process where numbers end)
+        // DART aborts the process on numbers that are not finite
         if (!(skeleton_->getVelocities().cwiseAbs().maxCoeff() < 1e8))
           return failure("", "diverged at t = " + std::to_string(world_->getTime()));
         if (i % 64 == 0 && !go_on()) return failure("", "took too long");
@@ -118,7 +118,7 @@ class Dart : public Peer {
     node->getDynamicsAspect()->setFrictionCoeff(friction);
   }
 
-  /// Planes are the tops of wide boxes: each once.
+  /// Adds a plane as the top of a wide box, once per plane.
   void add(const Ground& g) {
     if (g.radius > 0)
       touch(bodies_[g.centre.link], std::make_shared<dd::SphereShape>(g.radius), g.centre.point,

@@ -1,6 +1,6 @@
-// MuJoCo: its language made from the tree, its own stepper run on it. Equalities and contacts are soft there:
-// they are given the stiffest reference that a step bears (a time constant of two steps) and an impedance of
-// 0.9999. A contact that rebounds is a spring and damper there, whose half period takes some twelve steps.
+// MuJoCo: writes the tree as MJCF and runs MuJoCo's own stepper. MuJoCo's equalities and contacts are soft;
+// they get the stiffest stable reference (a time constant of two steps) and an impedance of 0.9999. A contact
+// with restitution becomes a spring and damper with a half period of about twelve steps.
 #include <fmt/format.h>
 #include <mujoco/mujoco.h>
 #include <unistd.h>
@@ -38,7 +38,7 @@ class Writer {
   }
 
   std::string write() {
-    // (no more room than it needs: all of it is cleared before a run)
+    // no more memory than it needs, since MuJoCo clears all of it before a run
     std::string xml = fmt::format(
         "<mujoco><compiler angle='radian' inertiafromgeom='false' autolimits='false'/>"
         "<option collision='predefined' cone='elliptic' tolerance='1e-15' iterations='200'/><size njmax='{}' "
@@ -50,7 +50,7 @@ class Writer {
     write_children(xml, -1);
     xml += "</worldbody><equality>";
     for (const Held& h : tree_.held) {
-      // the point of the second body is taken from where the two are at zero joints: set right after reading
+      // MuJoCo places the second body's point at zero joints; it is corrected after reading
       xml += fmt::format("<connect body1='{}' body2='{}' anchor='{}' solimp='0.9999 0.9999 0.001 0.5 2'/>",
                          body_name(h.a.link), body_name(h.b.link), text(h.a.point));
     }
@@ -120,7 +120,7 @@ class Writer {
   }
 
   const Tree& tree_;
-  std::vector<std::string> sites_;  ///< and forms, per link, and of the world
+  std::vector<std::string> sites_;  ///< sites and geoms per link, and of the world
   std::string tendons_, pairs_;
   int count_ = 0;
 };
@@ -209,7 +209,7 @@ class Mujoco : public Peer {
     for (int i = 0; i < model_->neq; ++i) model_->eq_solref[mjNREF * i] = 2 * step;
     for (int i = 0; i < model_->npair; ++i) {
       const double e = tree_.grounds[i].restitution, slow = std::log(std::max(e, 1e-9)), omega = 0.25 / step;
-      const double damping = -slow / std::hypot(M_PI, slow);  // of a half swing that keeps e of its speed
+      const double damping = -slow / std::hypot(M_PI, slow);  // half a period keeps the share e of the speed
       double* reference = model_->pair_solref + mjNREF * i;
       reference[0] = e > 0 ? -omega * omega : 2 * step;
       reference[1] = e > 0 ? -2 * damping * omega : 1;
@@ -241,7 +241,7 @@ class Mujoco : public Peer {
 }  // namespace
 
 Result<std::unique_ptr<Peer>> make_mujoco(const Tree& tree) {
-  mju_user_warning = [](const char*) {};  // (runs that diverge are told by their numbers)
+  mju_user_warning = [](const char*) {};  // diverged runs show in their numbers
   mju_user_error = [](const char* what) { throw std::runtime_error(what); };
   const auto held = with_held_points(tree);
   if (!held) return tl::unexpected(held.error());

@@ -9,7 +9,7 @@
 namespace borelli::peers {
 
 struct Method {
-  std::string name;  ///< with the program's
+  std::string name;  ///< including the program's name
   bool adaptive = false;
 };
 
@@ -24,20 +24,20 @@ class Peer {
   virtual ~Peer() = default;
   virtual std::string version() const = 0;
   virtual std::vector<Method> methods() const = 0;
-  /// Through `times` (s, rising from above 0, whole steps apart). With a step of 0 the method chooses its
-  /// steps by `tolerance`; else it makes steps of that length (s) alone. `go_on` is asked now and then.
+  /// Runs through `times` (s, increasing, above 0, whole steps apart). With a step of 0 the method chooses
+  /// its steps by `tolerance`; else all steps have that length (s). The run stops when `go_on` returns false.
   virtual Result<Run> run(std::size_t method, double step, double tolerance, const std::vector<double>& times,
                           const std::function<bool()>& go_on) = 0;
 };
 
-/// Fail with what of the tree the program has no twin of, or what it said.
+/// Each fails if the program lacks an element of the tree, or with the program's own message.
 Result<std::unique_ptr<Peer>> make_mujoco(const Tree& tree);
-/// (of a module that is loaded with its own libraries first: see CMakeLists.txt)
+/// From a module loaded with its own libraries first (see CMakeLists.txt).
 extern "C" void make_simbody(const Tree& tree, Result<std::unique_ptr<Peer>>& out);
 Result<std::unique_ptr<Peer>> make_dart(const Tree& tree);
 Result<std::unique_ptr<Peer>> make_bullet(const Tree& tree);
 
-/// How many steps of about `step` go into `interval`, one at least.
+/// The number of steps of about `step` in `interval`, at least 1.
 inline long steps_in(double interval, double step) {
   const double n = interval / step;
   return n < 1.5 ? 1 : static_cast<long>(n + 0.5);

@@ -1,5 +1,5 @@
-// Other programs beside ours on the same scenes, in the same process: charts of error against cost with all
-// of them, and of each scene the table of front against front. See README.md.
+// Compares other programs with ours on the same scenes in one process: charts of error against cost, and per
+// scene a table of the best runs of both. See README.md.
 #include <dlfcn.h>
 #include <fmt/core.h>
 
@@ -42,12 +42,12 @@ const std::vector<std::pair<std::string, Maker>> programs = {
 #endif
 };
 
-// Of the largest acceleration: an equation that differs by more is another one. Points that are held together
-// give way a little in MuJoCo, and are found by iteration in DART and Bullet.
+// Largest allowed difference of accelerations, relative to the largest one; beyond it the equations differ.
+// It is wider for held points, since MuJoCo's are soft, and DART and Bullet iterate.
 constexpr double same_equation = 1e-3, same_held = 2e-2;
 
-/// By how much a program's first change of velocity differs from ours, of the largest one. Turns and
-/// lengths each by themselves.
+/// The relative difference of a program's first change of velocity from ours; the larger one of linear and
+/// angular velocities.
 Result<double> disagreement(const Tree& tree, Peer& peer, double short_time) {
   const auto run = peer.run(0, short_time, 1e-8, {short_time}, [] { return true; });
   if (!run) return tl::unexpected(run.error());
@@ -63,10 +63,10 @@ Result<double> disagreement(const Tree& tree, Peer& peer, double short_time) {
   return std::max(linear_size > 0 ? linear / linear_size : linear, angular / angular_size);
 }
 
-// m/s: a body at rest on the ground may tremble so in a program that finds its contacts' forces by iteration.
+// m/s: speed of a resting body that is noise of an iterative contact solver.
 constexpr double tremor = 1e-4;
 
-/// When balls meet the ground: the middle of the step in which one that falls begins to rise.
+/// Times when balls hit the ground, s: the middle of the step in which a falling ball starts to rise.
 std::vector<double> impacts(const Tree& tree, Peer& peer, std::size_t method, double end, double step) {
   std::vector<double> out, times;
   const long steps = steps_in(end, step);
@@ -87,13 +87,13 @@ std::vector<double> impacts(const Tree& tree, Peer& peer, std::size_t method, do
   return out;
 }
 
-/// Of a fine run of ours, which others are compared with.
+/// Energies of a fine run of ours, the reference for the others.
 struct Energies {
-  double interval = 0, turnover = 0;  ///< s between them; J
-  std::vector<double> since_start;    ///< J: what was gained
+  double interval = 0, turnover = 0;  ///< s between values; J
+  std::vector<double> since_start;    ///< energy gained since the start, J
 };
 
-/// A program's method as the chart takes it; by steps of one length even where it could choose them.
+/// A program's method for the chart; `fixed` forces steps of one length.
 OtherMethod other_method(const Tree& tree, const std::shared_ptr<Peer>& peer, std::size_t number, bool fixed,
                          const Energies& ours) {
   const Method method = peer->methods()[number];
@@ -133,11 +133,11 @@ OtherMethod other_method(const Tree& tree, const std::shared_ptr<Peer>& peer, st
 
 struct Entered {
   std::vector<OtherMethod> methods;
-  std::vector<std::string> words;  ///< of each program: what it is, or why it is not on the chart
+  std::vector<std::string> words;  ///< per program: its version, or why it is not on the chart
 };
 
-/// The scene without its ground: where that is touched at the start, first accelerations are a law's of
-/// contact.
+/// The scene without its ground. A contact at the start would make the first accelerations depend on the
+/// contact law.
 Result<Tree> without_ground(Scene scene) {
   std::erase_if(scene.constraints, [](const Constraint& c) {
     return std::holds_alternative<SphereOverPlane>(c.kind) || std::holds_alternative<BoxOverPlane>(c.kind);
@@ -195,7 +195,7 @@ struct Options {
   WorkPrecisionSettings settings;
 };
 
-/// What a method's orientation gains by half the step: between its finest two runs that are above rounding.
+/// The order of the orientation's error in the step, from a method's two finest runs above rounding.
 std::string orders_table(const WorkPrecision& chart) {
   std::string out =
       "| method | order of orientation | from steps of (s) | error (rad) |\n| --- | ---: | --- | --- |\n";
@@ -216,7 +216,7 @@ std::string orders_table(const WorkPrecision& chart) {
   return out;
 }
 
-/// Of each method the run that is off least by what contacts are judged by.
+/// Per method the trusted run with the least judged error.
 std::string contacts_table(const WorkPrecision& chart) {
   std::string out =
       "| method | ms | position | times of impacts (s) | sinks in by (m) | energy | momentum |\n"
@@ -237,7 +237,7 @@ std::string contacts_table(const WorkPrecision& chart) {
   return out;
 }
 
-/// What the others' fastest run takes over ours, for 10^-1 to 10^-10.
+/// Time of the others' fastest run over ours, for errors of 10^-1 to 10^-10.
 std::string summary_row(const WorkPrecision& chart) {
   std::string out = fmt::format("| {} |", chart.scene);
   for (const FrontRow& row : front_against_front(chart)) {
@@ -251,7 +251,7 @@ std::string summary_row(const WorkPrecision& chart) {
   return out + '\n';
 }
 
-/// The page, as far as it is.
+/// The parts of the page.
 struct Page {
   std::string head, summary, scenes;
 };

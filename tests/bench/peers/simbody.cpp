@@ -1,6 +1,6 @@
-// Simbody: its mobilizers, forces and constraints made from the tree, its integrators run on them. They keep
-// constraints by projecting as they see fit; steps end on the output times but for CPodes, whose
-// interpolation is of its own order.
+// Simbody: builds mobilizers, forces and constraints from the tree and runs Simbody's integrators. They
+// project onto constraints as they choose. Steps end on the output times, except for CPodes, which
+// interpolates at its own order.
 #include <Simbody.h>
 #include <fcntl.h>
 #include <unistd.h>
@@ -20,7 +20,7 @@ SimTK::Mat33 mat(const Eigen::Matrix3d& m) {
 }
 SimTK::Rotation rotation(const Eigen::Matrix3d& R) { return SimTK::Rotation(mat(R), true); }
 
-/// Nothing of what is printed comes out: as Debian builds it, the time stepper tells all that it does.
+/// Silences standard output, because the time stepper of Debian's build prints every step.
 class Silence {
  public:
   Silence() : out_(dup(1)) {
@@ -123,11 +123,11 @@ class Simbody : public Peer {
   }
 
  private:
-  /// Its time stepper for contacts.
+  /// Simbody's time stepper for contacts.
   Result<Run> run_stepper(double step, const std::vector<double>& times, const std::function<bool()>& go_on) {
     const Silence silence;
     SimTK::SemiExplicitEulerTimeStepper stepper(system_);
-    // (the same restitution at all speeds but the smallest)
+    // the same restitution at all but the smallest speeds
     stepper.setDefaultImpactCaptureVelocity(1e-6);
     stepper.setDefaultImpactMinCORVelocity(2e-6);
     stepper.initialize(start_);
@@ -197,7 +197,8 @@ class Simbody : public Peer {
     }
   }
 
-  // Velocities of a ball are in the parent's axes here; a free joint's turn stands before its place.
+  // In Simbody a ball's velocities are in the parent's axes, and a free joint's rotation precedes its
+  // position.
   void set_start(const Link& link, const SimTK::MobilizedBody& b) {
     if (link.v.size() == 1) {
       b.setOneQ(start_, 0, link.q[0]);

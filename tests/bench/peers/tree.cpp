@@ -45,7 +45,7 @@ class TreeMaker {
   static void set_inertia(Link& link, const Inertial& inertial) {
     link.mass = inertial.mass;
     link.centre = inertial.centre;
-    if (inertial.tensor.isDiagonal(0)) {  // (no rounding where none is needed)
+    if (inertial.tensor.isDiagonal(0)) {  // avoids rounding where it can
       link.moments = inertial.tensor.diagonal();
       return;
     }
@@ -55,7 +55,7 @@ class TreeMaker {
     if (link.principal.determinant() < 0) link.principal.col(0) *= -1;
   }
 
-  /// Gives a solid its seat, its parent first.
+  /// Assigns a solid its seat, after its parent's.
   Result<void> place(std::size_t s) {
     if (done_[s]) return {};
     const Solid& solid = scene_.solids[s];
@@ -269,7 +269,7 @@ Start start_of(const Tree& tree) {
     const auto three = [](const std::vector<double>& x, std::size_t i) {
       return Vector3d(x[i], x[i + 1], x[i + 2]);
     };
-    // what slides
+    // translation
     Vector3d shift = Vector3d::Zero(), slide = shift, push = shift;
     if (link.joint == Link::Joint::slide)
       shift = m.R * link.axis * link.q[0], slide = m.R * link.axis * link.v[0],
@@ -280,7 +280,7 @@ Start start_of(const Tree& tree) {
     const Vector3d arm = m.p - base;
     speed += omega.cross(arm) + slide;
     rate += alpha.cross(arm) + omega.cross(omega.cross(arm)) + 2 * omega.cross(slide) + push;
-    // what turns
+    // rotation
     Vector3d turn = Vector3d::Zero(), turn_rate = turn;
     if (link.joint == Link::Joint::hinge) {
       turn = m.R * link.axis * link.v[0], turn_rate = m.R * link.axis * link.a[0];

@@ -1,5 +1,5 @@
-// A scene as other programs take it: links in a tree, each on one joint, what acts on them and what holds
-// them. What these programs have no twin of is refused by name. (C++17: Simbody's headers want no more.)
+// A scene for other programs: a tree of links with one joint each, the forces on them and their constraints.
+// Elements that these programs lack are refused by name. C++17, because Simbody's headers need it.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,7 +15,8 @@ struct System;
 
 namespace peers {
 
-/// A solid with those welded to it. Its frame lies on its joint: on the parent's where the joint is at zero.
+/// A solid with those welded to it. Its frame is at its joint and coincides with the joint's frame on the
+/// parent when the joint is at zero.
 struct Link {
   enum class Joint { hinge, slide, ball, free };
   std::string name;
@@ -24,9 +25,11 @@ struct Link {
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< of a hinge or slide, unit
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();  ///< the joint's place on the parent
   Eigen::Vector3d p = Eigen::Vector3d::Zero();      ///< m
-  /// At the start: the scalar; a ball's quaternion (w, x, y, z); a free one's place, then its quaternion.
+  /// Positions at the start: the scalar; a ball's quaternion (w, x, y, z); a free joint's position, then its
+  /// quaternion.
   std::vector<double> q;
-  /// Its rate; the angular velocity in the link's own axes; velocity in the parent's axes, then that.
+  /// Velocities: the scalar's rate; a ball's angular velocity in the link's axes; a free joint's velocity in
+  /// the parent's axes, then its angular velocity.
   std::vector<double> v;
   std::vector<double> a;                                    ///< v's rate at the start, by our equations
   double mass = 0;                                          ///< kg
@@ -53,21 +56,21 @@ struct Turn {
   int link;
   Eigen::Vector3d torque;  ///< N m, world axes
 };
-/// Two points that are one.
+/// Two points held together.
 struct Held {
   At a, b;
 };
-/// A point that stays on a plane of another link.
+/// A point held in a plane of another link.
 struct InPlane {
   At point, plane;
   Eigen::Vector3d normal;
 };
 
-/// A sphere or a box of a link that stays over a plane of the world.
+/// A sphere or a box of a link that stays above a plane of the world.
 struct Ground {
   At centre;
-  double radius;         ///< m; of a box 0
-  Eigen::Vector3d size;  ///< m, edges along the link's axes; of a sphere 0
+  double radius;         ///< m; 0 for a box
+  Eigen::Vector3d size;  ///< edges along the link's axes, m; 0 for a sphere
   Eigen::Vector3d on, normal;
   double restitution, friction;
 };
@@ -90,10 +93,10 @@ struct Tree {
   std::vector<Seat> seats;
 };
 
-/// The scene at its start, put on its constraints.
+/// The scene at its start, projected onto its constraints.
 Result<Tree> tree_of(const Scene& scene, const System& system);
 
-/// Where links are and how they move, world axes.
+/// Pose and velocities of a link, world axes.
 struct Moving {
   Eigen::Matrix3d R;
   Eigen::Vector3d p;       ///< the frame's origin, m
@@ -101,30 +104,30 @@ struct Moving {
   Eigen::Vector3d centre;  ///< the velocity of the gravity centre, m/s
 };
 
-/// The same for programs without points on planes: where the whole tree moves in a plane, two planes across
-/// it through one point hold that point. Fails with what they lack.
+/// The tree for programs without points on planes. If the whole tree moves in one plane, two planes across it
+/// through one point are replaced by a held point. Fails if points on planes remain.
 Result<Tree> with_held_points(const Tree& tree);
 
-/// All links at the start, and how their motion changes there by our equations.
+/// All links at the start, with their accelerations by our equations.
 struct Start {
   std::vector<Moving> links;
   std::vector<Eigen::Vector3d> alpha, acceleration;  ///< rad/s^2; of the gravity centres, m/s^2
 };
 Start start_of(const Tree& tree);
 
-/// kg m/s, of all links.
+/// Linear momentum of all links, kg m/s.
 Eigen::Vector3d momentum(const Tree& tree, const Moving* links);
 
-/// J: kinetic energy, and that of weight and springs. NaN where torques or springs on joints act.
+/// Kinetic energy plus the potential energy of weight and springs, J. NaN if torques or joint springs act.
 double energy(const Tree& tree, const Moving* links);
 
-/// The largest residual of what holds the links, m.
+/// The largest residual of the constraints, m.
 double residual(const Tree& tree, const Moving* links);
 
 /// The points of a ground's form that can touch it: a sphere's lowest, a box's corners. m, world axes.
 std::vector<Eigen::Vector3d> touching_points(const Ground& ground, const Moving& link);
 
-/// How deep the links are in the ground at most, m.
+/// The deepest penetration of a link into the ground, m.
 double penetration(const Tree& tree, const Moving* links);
 
 }  // namespace peers

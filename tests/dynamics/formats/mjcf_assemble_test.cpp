@@ -1,5 +1,6 @@
-// Models put together by <frame>, <replicate>, <attach>, <composite>, and meshes of other kinds: beside the
-// same model written out, in MuJoCo itself (Debian's knows none of these), or a closed form.
+// Models assembled by <frame>, <replicate>, <attach> and <composite>, and meshes of other kinds. Each is
+// compared with the same model written out, in MuJoCo (whose Debian version has none of these), or with a
+// closed form.
 #include "dynamics/formats/mjcf_assemble.hpp"
 
 #include <gtest/gtest.h>
@@ -26,7 +27,7 @@ std::string model(const std::string& bodies, const std::string& before = "") {
 
 const std::string weight = "<inertial pos='.1 .2 -.3' mass='2' diaginertia='.02 .03 .04'/>";
 
-/// The first model as we read it moves as MuJoCo's of the second.
+/// Expects our reading of the model to move as MuJoCo's reading of the written-out one.
 void expect_same_motion(const std::filesystem::path& path, const std::string& written_out) {
   const System system = compiled(need(read_model(path)).scene);
   Mujoco mujoco = Mujoco::of(written_out);
@@ -47,7 +48,7 @@ std::string refusal(const std::filesystem::path& path) {
 }
 
 TEST(MjcfAssemble, FrameMovesItsChildren) {
-  // (a body without a joint does what a frame does)
+  // a body without a joint acts as a frame
   expect_same_motion_of(
       model("<frame pos='1 0 0' euler='0 0 90'><body pos='0 2 0' euler='0 20 0'>" + weight +
             "<frame pos='0 .5 0' euler='0 0 90'><joint pos='.3 0 0' axis='1 0 0'/></frame></body>"
@@ -56,7 +57,7 @@ TEST(MjcfAssemble, FrameMovesItsChildren) {
       model("<body pos='1 0 0' euler='0 0 90'><body pos='0 2 0' euler='0 20 0'><joint pos='0 .8 0' axis='0 1 "
             "0'/>" +
             weight + "</body></body><body pos='-1 1 6' euler='0 0 90'><freejoint/>" + weight + "</body>"));
-  // geoms by their ends and by their place, with a class of defaults for what is in the frame
+  // geoms by their ends and by their position, with a default class for the frame's contents
   expect_same_motion_of(
       model("<body><joint axis='1 0 0'/><frame pos='0 0 1' euler='0 90 0' childclass='c'>"
             "<geom type='capsule' fromto='0 0 0 1 0 0'/><geom type='box' size='.1 .2 .3' pos='0 0 "
@@ -131,7 +132,7 @@ TEST(MjcfAssemble, AttachedModelUsesItsOwnCompiler) {
   Mujoco whole = Mujoco::of(model(base + "<body pos='1 0 0'>" + upper + "</body></body>", mesh));
   EXPECT_LT(differences(compiled(scene), whole).A, 1e-5);
   EXPECT_LT(differences(compiled(scene), whole).drive, 1e-5);
-  // one body of it
+  // attaches one body of it
   Scene part =
       need(read_model(folder.write(
                "part.xml", model(base + "<attach model='limb' body='lower' prefix='r_'/></body>", asset))))
@@ -139,7 +140,7 @@ TEST(MjcfAssemble, AttachedModelUsesItsOwnCompiler) {
   EXPECT_TRUE(part.constraints.empty());
   Mujoco piece = Mujoco::of(model(base + lower + "</body>", mesh));
   EXPECT_LT(differences(compiled(part), piece).A, 1e-5);
-  // and a body of the model itself
+  // attaches a body of the model itself
   const Scene twice =
       need(read_model(folder.write(
                "self.xml", model("<body name='a'><joint/>" + weight +
@@ -159,7 +160,7 @@ TEST(MjcfAssemble, CablesAreChainsOfRodsOnBalls) {
                               inner + "</body>"),
                         model("<body pos='.1 0 1'>" + rod + "<body pos='.5 0 0'>" + joint + rod +
                               "<body pos='.5 0 0'>" + joint + rod + "</body></body></body>"));
-  // round a right angle
+  // around a right angle
   expect_same_motion_of(
       model("<composite prefix='c' type='cable' vertex='0 0 0 .5 0 0 .5 .5 0' initial='free'>" + inner),
       model("<body><joint type='free' stiffness='2'/>" + rod + "<body pos='.5 0 0' euler='0 0 90'>" + joint +
@@ -171,7 +172,7 @@ TEST(MjcfAssemble, CablesAreChainsOfRodsOnBalls) {
 
 // ---- meshes ----
 
-/// The model's body, of density 1.
+/// The inertial of the model's body, of density 1.
 Inertial body_of_mesh(const std::string& attributes, const std::string& file = "",
                       const std::string& bytes = "") {
   const Folder folder;
@@ -241,7 +242,7 @@ TEST(MjcfMeshes, FileChoosesTheInertiaRule) {
   EXPECT_NEAR(shell.centre.z(), .5, 1e-12);
   EXPECT_NEAR(shell.centre.x(), shell.centre.y(), 1e-12);
   EXPECT_NEAR(shell.tensor(0, 0), shell.tensor(1, 1), 1e-12);
-  // MuJoCo's old rule counts what overlaps, and that is said
+  // MuJoCo's legacy rule adds overlapping volume, and a note says so
   const Folder folder;
   const ModelFile legacy = need(read_model(
       folder.write("m.xml", model("<body><freejoint/><geom type='mesh' mesh='m' density='1'/></body>",
@@ -328,7 +329,7 @@ TEST(MjcfBounds, TooManyPairsAreRefusedWithAWorkaround) {
   EXPECT_EQ(crowd("<option><flag contact='disable'/></option>"), "read");
 }
 
-// ---- what is not modelled ----
+// ---- unsupported elements ----
 
 TEST(MjcfOmissions, ThatChangeTheMotionAreListedByNameAndCount) {
   const Folder folder;

@@ -1,4 +1,4 @@
-// Scenes written as MJCF: MuJoCo and our reader make the same mechanics of them, and each loss is named.
+// Scenes written as MJCF: MuJoCo and our reader give the same mechanics, and each loss is named.
 #include <gtest/gtest.h>
 
 #include <fmt/ranges.h>
@@ -50,7 +50,7 @@ TEST(MjcfWrite, ReadsBackWithTheSameMechanics) {
       }
       const Evaluation a = need(evaluate(before, state)), b = need(evaluate(after, other));
       const Eigen::MatrixXd A = same.axes * a.mass_matrix * same.axes.transpose();
-      // products of some ten poses round to some 1e-15 of the largest entry
+      // products of about ten poses round to about 1e-15 of the largest entry
       EXPECT_LT((b.mass_matrix(at.v, at.v) - A).norm(), 1e-12 * A.norm()) << seed;
       const Eigen::VectorXd drive = same.axes * (a.generalized_efforts - a.bias),
                             other_drive = (b.generalized_efforts - b.bias)(at.v);
@@ -109,7 +109,7 @@ TEST(MjcfWrite, PutsMarkersWhereTheyAre) {
 }
 #endif
 
-// Samples whose losses are only of the run's settings keep their mechanics; MuJoCo reads all of them.
+// Samples that lose only run settings keep their mechanics; MuJoCo reads all samples.
 TEST(MjcfWrite, ConvertsAllSamplesOrNamesWhatIsLost) {
   int kept = 0;
   for (const auto& file : std::filesystem::directory_iterator(source_folder() + "/samples")) {
@@ -165,7 +165,7 @@ TEST(MjcfWrite, KeepsRangesMarkersGravityAndStep) {
 
 // ---- losses ----
 
-/// One hinged link, with what `change` adds.
+/// One hinged link, modified by `change`.
 template <class Change>
 WrittenModel changed(const Change& change) {
   Scene scene = chain(2, true, 0.2);
@@ -213,7 +213,7 @@ TEST(MjcfWrite, FixesDrivenCoordinatesWhereTheyAreAtTimeZero) {
   scene.solids[0].switches[0] = driven(scene.solids[0].switches[0], linear(0.7, 1));
   const System system = compiled(read_back(scene).scene);
   ASSERT_EQ(system.nv, 1);
-  // the second link, without gravity along its hinge: the moment of the weight is that of the pose at 0.7 rad
+  // the second link; the moment of the weight is that of the pose at 0.7 rad
   scene.solids[0].switches[0] = hinge("h0", Vector3d::UnitY(), 0.7);
   const System free = compiled(scene);
   const Evaluation a = need(evaluate(system, system.initial)), b = need(evaluate(free, free.initial));
@@ -246,7 +246,8 @@ TEST(MjcfWrite, NamesEffortsConstraintsAndRanges) {
   EXPECT_NE(written.text.find("Lost or changed: ranges of balls"), std::string::npos);
 }
 
-// A spring that already pushes at the start: its bounds are no range of the joint, which would move the start.
+// A limit spring that already pushes at the start is not written as a joint range, because a range would move
+// the start.
 TEST(MjcfWrite, KeepsStartsThatPushAgainstTheirLimits) {
   Scene scene = chain(1, false, 0.2);
   scene.efforts = {{"stop", LimitSpring{{"h0"}, 100, 0, {{0.5, 1}}}}};
@@ -290,8 +291,7 @@ TEST(MjcfWrite, KeepsLoopsAndSaysThatTheyAreSoft) {
     State other{.t = 0, .q = Eigen::VectorXd(after.nq), .v = Eigen::VectorXd(after.nv)};
     other.q(at.q) = state.q, other.v(at.v) = state.v;
     const Evaluation a = need(evaluate(before, state)), b = need(evaluate(after, other));
-    // rows may be scaled (a coupling by its first ratio) and swap their ends, so their accelerations are
-    // compared
+    // rows may be scaled (a coupling by its first ratio) and swap their ends, so accelerations are compared
     EXPECT_LT((b.acceleration(at.v) - a.acceleration).norm(), 1e-10 * a.acceleration.norm()) << trial;
   }
 }

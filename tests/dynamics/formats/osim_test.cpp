@@ -1,5 +1,5 @@
-// OpenSim models: both layouts against a tree that Simbody, on which OpenSim is built, holds joint by joint;
-// the gait models of OpenSim; what is refused and what is listed.
+// OpenSim models: both layouts against the same tree in Simbody (OpenSim's engine), joint by joint; OpenSim's
+// gait models; refusals and listed losses.
 #include "dynamics/formats/osim.hpp"
 
 #include <gtest/gtest.h>
@@ -129,8 +129,8 @@ TEST(Osim, ReversedJointsAccelerateAsInSimbody) {
 }
 #endif
 
-// M(q) q'' + M'(q) q'^2 / 2 = Q(q). (Simbody 3.7's FunctionBased does not obey this if the third rotation has
-// the coordinate of the first: it is no measure here.)
+// M(q) q'' + M'(q) q'^2 / 2 = Q(q). (Simbody 3.7's FunctionBased violates this if the first and third
+// rotations share a coordinate, so it is no reference here.)
 TEST(Osim, AKneeOfThreeRotationsObeysLagrangesEquation) {
   const System system = compiled(read_text(new_layout({turning_knee()})).scene);
   ASSERT_EQ(system.nv, 1);
@@ -279,7 +279,7 @@ TEST(Osim, PointsAndWeldsAreHeldAndSpringsPull) {
   EXPECT_TRUE(any_holds(model.not_modelled.other, "<PointConstraint>"));
 }
 
-TEST(Osim, WhatIsNotSupportedIsRefusedByName) {
+TEST(Osim, RefusesUnsupportedContentByName) {
   std::vector<OsimPart> parts{all_joints()[1]};
   parts[0].parent = "ground";
   const std::string good = new_layout(parts);

@@ -12,7 +12,7 @@
 
 namespace borelli::test {
 
-/// An axis of a CustomJoint: the function as text, and by itself.
+/// An axis of a CustomJoint: its function as XML and as code.
 struct OsimAxis {
   Eigen::Vector3d axis = Eigen::Vector3d::UnitX();
   std::string coordinate;  // empty: none
@@ -20,7 +20,7 @@ struct OsimAxis {
   std::function<double(double x, int order)> by;
 };
 
-/// A body and the joint that carries it.
+/// A body and its joint to the parent.
 struct OsimPart {
   std::string name, parent, joint;
   std::vector<std::string> coordinates;
@@ -29,12 +29,12 @@ struct OsimPart {
   Eigen::Vector3d centre{0.02, -0.2, 0.03};
   double inertia[6] = {0.05, 0.02, 0.06, 0.001, -0.002, 0.003};
   std::vector<OsimAxis> axes = {};  ///< of a CustomJoint: rotations, then translations
-  std::string said = {};            ///< XML in its first coordinate
+  std::string said = {};            ///< XML added to its first coordinate
   bool reversed = false;
 };
 
-/// The cubic spline of Forsythe, Malcolm and Moler ("spline"), as polynomials of the distance to the knot
-/// before; a line beyond the ends. By the slopes at the knots.
+/// The cubic spline of Forsythe, Malcolm and Moler ("spline"), solved for the slopes at the knots. Pieces are
+/// polynomials of the distance to the previous knot; beyond the ends it is a line.
 class ForsytheSpline {
  public:
   ForsytheSpline(std::vector<double> x, std::vector<double> y) : x_(std::move(x)), y_(std::move(y)) {
@@ -106,8 +106,8 @@ inline OsimAxis spline_axis(const Eigen::Vector3d& axis, const std::string& name
           [=](double at, int order) { return scale * spline(at, order); }};
 }
 
-/// A free body that carries one body by each other joint: a hip with three coordinates, a knee with one,
-/// among others.
+/// A free body that carries one body by each other type of joint, such as a hip with three coordinates and a
+/// knee with one.
 inline std::vector<OsimPart> all_joints() {
   const Eigen::Vector3d p(0.1, -0.3, 0.05), turn(0.3, -0.5, 0.8), c(0.02, 0.1, -0.04), back(-0.2, 0.4, 0.1);
   const auto part = [&](const std::string& name, const std::string& parent, const std::string& joint,
@@ -145,7 +145,7 @@ inline std::vector<OsimPart> all_joints() {
   return out;
 }
 
-/// A knee on the ground whose three rotations all move with its one coordinate, as in Rajagopal's model.
+/// A knee on the ground whose three rotations depend on one coordinate, as in Rajagopal's model.
 inline OsimPart turning_knee() {
   OsimPart out = all_joints().back();
   out.parent = "ground";

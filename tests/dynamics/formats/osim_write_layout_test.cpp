@@ -1,4 +1,5 @@
-// The elements of OpenSim models that we write stand as in OpenSim's own files, and name what is there.
+// The OpenSim models that we write have their elements where OpenSim's own files have them, and refer to
+// existing names.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -35,7 +36,7 @@ Pairs known_pairs() {
   return out;
 }
 
-/// A scene with every element that is written.
+/// A scene with every element that the writer supports.
 WrittenModel everything() {
   constexpr auto turns = GuidedPart::Kind::rotation, slides = GuidedPart::Kind::translation;
   const Table spline({-1, -0.2, 0.5, 1.1, 2}, {0.1, -0.1, 0.3, 0.2, 0.5}, SplineEnds::forsythe),
@@ -79,7 +80,7 @@ WrittenModel everything() {
   return need(write_osim(scene, extras));
 }
 
-TEST(OsimWriteLayout, ElementsStandAsInOpenSimsFiles) {
+TEST(OsimWriteLayout, ElementsNestAsInOpenSimsFiles) {
   const Pairs known = known_pairs();
   ASSERT_GT(known.size(), 100u);
   const Folder folder;
@@ -90,11 +91,11 @@ TEST(OsimWriteLayout, ElementsStandAsInOpenSimsFiles) {
   collect_pairs(root, own);
   EXPECT_GT(own.size(), 120u);
   for (const auto& pair : own) EXPECT_TRUE(known.contains(pair)) << pair.first << " > " << pair.second;
-  // the scene does hold each kind: nothing of the table stands there for nothing
+  // the scene has every element of the table
   for (const auto& pair : known) EXPECT_TRUE(own.contains(pair)) << pair.first << " > " << pair.second;
 }
 
-TEST(OsimWriteLayout, EveryFrameThatIsNamedIsThere) {
+TEST(OsimWriteLayout, EveryReferencedFrameExists) {
   const Folder folder;
   const XmlElement root = read_xml(folder.write("all.osim", everything().text));
   std::set<std::string> paths{"/ground"};
@@ -111,7 +112,7 @@ TEST(OsimWriteLayout, EveryFrameThatIsNamedIsThere) {
           EXPECT_TRUE(paths.contains(c.content)) << c.content;
           continue;
         }
-        int frames = 0;  // a frame of the joint or constraint itself
+        int frames = 0;  // frames of the joint or constraint
         for (const XmlElement& frame : e.require_child("frames").children)
           frames += frame.text("name") == c.content;
         EXPECT_EQ(frames, 1) << c.content;

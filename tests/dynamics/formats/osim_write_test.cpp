@@ -1,5 +1,4 @@
-// OpenSim models that we write: read back they move alike, their elements stand as in OpenSim's own files, and
-// what they lose is named.
+// OpenSim models that we write: read back they move as before, and losses are named.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -29,7 +28,7 @@ bool any_holds(const std::vector<std::string>& lines, const std::string& part) {
                      [&](const std::string& line) { return line.find(part) != std::string::npos; });
 }
 
-/// A name as it is written.
+/// A name as the writer writes it.
 std::string plain(std::string name) {
   std::replace(name.begin(), name.end(), ' ', '_');
   return name;
@@ -93,7 +92,7 @@ void expect_alike(const Scene& scene, const Scene& again, const std::string& wha
   }
 }
 
-/// Gives every free coordinate a start, away from gimbal lock.
+/// Gives every free coordinate a random start, away from gimbal lock.
 void set_start(Scene& scene, Random& random) {
   for (Solid& solid : scene.solids)
     for (Switch& one : solid.switches) {
@@ -110,8 +109,8 @@ void set_start(Scene& scene, Random& random) {
     }
 }
 
-/// What OpenSim holds: locked balls instead of driven ones, no torsion springs, springs within a solid,
-/// reactions in turned axes.
+/// Removes what OpenSim lacks: driven balls become locked; torsion springs, springs within a solid and
+/// reactions in turned axes go.
 void leave_out_what_is_lost(Scene& scene) {
   for (Solid& solid : scene.solids)
     for (Switch& one : solid.switches)
@@ -144,7 +143,7 @@ TEST(OsimWrite, RandomScenesAccelerateAlikeWhenReadBack) {
 
 // ---- each kind of switch ----
 
-/// One solid on these switches, on a moving parent.
+/// A solid with these switches on a moving parent.
 Scene carried(std::vector<Switch> switches) {
   Random random(7);
   Scene scene;
@@ -235,9 +234,9 @@ TEST(OsimWrite, LocksDrivesAndTiesAreKept) {
   expect_alike(scene, again, "locks, drives and ties");
 }
 
-/// A ball that starts with its y angle at a right angle, where the angles about x and z have one axis.
+/// A ball that starts with its y angle at a right angle, where the axes of the x and z angles coincide.
 TEST(OsimWrite, BallsNearGimbalLockGetAnotherOrderOfAngles) {
-  Matrix3d all_but_lost;  // in the orders xyz, yzx and zxy
+  Matrix3d all_but_lost;  // near gimbal lock in the orders xyz, yzx and zxy
   all_but_lost << 0, 0, 1, 1, 0, 0, 0, 1, 0;
   for (const Matrix3d& R :
        {rotation_about(Vector3d::UnitY(), M_PI / 2), all_but_lost,
@@ -247,7 +246,7 @@ TEST(OsimWrite, BallsNearGimbalLockGetAnotherOrderOfAngles) {
 
 // ---- efforts and constraints ----
 
-TEST(OsimWrite, EffortsPushAlike) {
+TEST(OsimWrite, EffortsActAlikeWhenReadBack) {
   Random random(11);
   Scene scene = random_tree(4, {});
   set_start(scene, random);
@@ -273,7 +272,7 @@ TEST(OsimWrite, EffortsPushAlike) {
       {"twist", Torque{{"s4"}, random.vector(3), Axes::solid, constant(0.5), {}}},
       {"turn", Torque{{"s1"}, random.vector(3), Axes::world, other_spline, SolidName{"s0"}}}};
   expect_kept(scene, "efforts");
-  // each effort is felt: without it the accelerations are others
+  // each effort acts: without it the accelerations differ
   const Evaluation with = need(evaluate(compiled(scene), compiled(scene).initial));
   for (std::size_t i = 0; i < scene.efforts.size(); ++i) {
     Scene less = scene;
@@ -284,7 +283,7 @@ TEST(OsimWrite, EffortsPushAlike) {
   }
 }
 
-TEST(OsimWrite, ConstraintsHoldAlike) {
+TEST(OsimWrite, ConstraintsActAlikeWhenReadBack) {
   const std::vector<ConstraintKind> kinds{
       PointOnPoint{{"s2", {0.1, 0.2, 0.3}}, {"world", {0.3, -0.2, 0.1}}},
       PointOnLine{{"s3", {0.1, 0, 0.2}}, {"world", {0, 0.2, 0.1}}, Vector3d(1, 2, 2) / 3},
@@ -301,7 +300,7 @@ TEST(OsimWrite, ConstraintsHoldAlike) {
     set_start(scene, random);
     scene.constraints = {{"c", kinds[i]}};
     if (const auto* gear =
-            std::get_if<CoordinateFunction>(&kinds[i])) {  // read back it starts on its function
+            std::get_if<CoordinateFunction>(&kinds[i])) {  // read back, it starts on its function
       const TimeValue f = at(gear->function, scene.solids[3].switches[1].q[0]);
       scene.solids[0].switches[2].q = {f.value};
       scene.solids[0].switches[2].v = {f.rate * scene.solids[3].switches[1].v[0]};
@@ -330,11 +329,11 @@ TEST(OsimWrite, TheWorldIsTurnedSoThatYIsUp) {
   const Evaluation falls = need(evaluate(system, system.initial));
   EXPECT_NEAR(falls.acceleration[info_of(system, "s.z")->v_index], -9.81, 1e-14);
   const SolidPoint centre{"s", {0, 0, -0.5}};  // it hangs below
-  scene.gravity = {0, -9.81, 0};               // a world with y up already stays
+  scene.gravity = {0, -9.81, 0};               // a world with y up is not turned
   EXPECT_EQ(read_back(need(write_osim(scene))).scene.markers[0].at.point, Vector3d(1, 2, 3));
 }
 
-TEST(OsimWrite, ForbiddenNamesAreReplacedAndTold) {
+TEST(OsimWrite, ReplacesForbiddenNamesAndSaysSo) {
   Scene scene;
   scene.solids = {solid("ground", "world", {hinge("a b", Vector3d::UnitZ())}, {link()}),
                   solid("x/y", "ground", {hinge("a_b", Vector3d::UnitX())}, {link()})};
@@ -353,7 +352,7 @@ struct Nothing {
   void apply(EffortPass<T>&) const {}
 };
 
-TEST(OsimWrite, WhatIsLostIsNamed) {
+TEST(OsimWrite, NamesWhatIsLost) {
   Scene scene = carried({ball("turn", identity_quaternion(), {0, 0, 0})});
   scene.solids[1].switches[0].ranges = {{-1, 1}, {-1, 1}, {-1, 1}};
   scene.solids[1].switches[0].armature = 0.1;
@@ -391,7 +390,7 @@ TEST(OsimWrite, WhatIsLostIsNamed) {
                              "periodic spline", "torsion_spring", "drag", "compliant",
                              "length changes with time", "point_on_plane", "triangles", "the run's method"})
     EXPECT_TRUE(any_holds(written.omissions, reason)) << reason;
-  // a guided motion by such a spline has no start to be locked at
+  // a guided motion by such a spline cannot be locked at its start
   const auto refused = write_osim(carried({guided(
       "cam", {{turns, Vector3d::UnitZ(), Table{{0, 1, 2, 3}, {0, 1, -1, 0}, SplineEnds::clamped}}})}));
   ASSERT_FALSE(refused);

@@ -1,4 +1,4 @@
-// Scenes written as URDF: our reader, and MuJoCo's, make the same mechanics of them, and each loss is named.
+// Scenes written as URDF: our reader and MuJoCo's give the same mechanics, and each loss is named.
 #include <gtest/gtest.h>
 
 #include <fmt/ranges.h>
@@ -46,8 +46,8 @@ TEST(UrdfWrite, ReadsBackWithTheSameMechanics) {
   }
 }
 
-// A rod, a plate, a ball and bodies between them, turned and not: tensors keep their digits, to rounding of
-// their largest moment.
+// A rod, a plate, a ball and bodies in between, turned or not: tensors are exact to rounding of their largest
+// moment.
 TEST(UrdfWrite, KeepsTensorsOfTurnedBodies) {
   const Vector3d shapes[] = {{1, 1, 1}, {1e-6, 1, 1},           {1, 1, 2},
                              {1, 2, 3}, {0.5, 0.5 + 1e-9, 0.7}, {2, 1, 2}};
@@ -171,7 +171,7 @@ TEST(UrdfWrite, KeepsRangesDampersAndCouplings) {
   EXPECT_EQ(at(gear.value, 0).value, 0.25);
 }
 
-// Where pitch is a right angle, roll and yaw turn about one line.
+// At a pitch of a right angle, roll and yaw turn about one line.
 TEST(UrdfWrite, PlacesLinksAtAPitchOfARightAngle) {
   for (const double pitch : {1.0, -1.0})
     for (const double off : {0.0, 1e-9, 1e-5}) {

@@ -1,5 +1,5 @@
 """chart_page_check.py FOLDER: opens the pages that chart_page_test.cpp wrote there in headless Chromium, on a desktop and
-on a phone, and says what is not as it should be."""
+on a phone, and prints every fault."""
 
 import os
 import sys
@@ -15,14 +15,14 @@ PAGES = ("chart", "economy", "volume", "stability", "long")
 def place(browser, plot, x, y):
     """The pixel of the window at which a shown plot has this value."""
     browser.run(f"document.querySelectorAll('.plot')[{plot}].scrollIntoView({{block: 'center'}})")
-    # a plot keeps its place in the window until the scroll's event, which comes with the next frame
+    # a plot's position updates at the scroll event, which comes with the next frame
     browser.run("new Promise(r => requestAnimationFrame(() => requestAnimationFrame(r)))")
     return browser.run(f"""(([left, top], box) => [box.left + left, box.top + top])(window.borelli.plots[{plot}].position({x}, {y}),
       document.querySelectorAll('.plot')[{plot}].querySelector('.u-over').getBoundingClientRect())""")
 
 
 def read(browser, plot, x, y):
-    """What the plot tells where the mouse points at a value; None: nothing."""
+    """The plot's readout with the mouse at a value; None if it shows none."""
     left, top = place(browser, plot, x, y)
     browser.call("Input.dispatchMouseEvent", type="mouseMoved", x=left + 2, y=top)
     return browser.run(f"(tip => tip.hidden ? null : tip.innerText)(document.querySelectorAll('.plot')[{plot}].querySelector('.tip'))")
@@ -33,13 +33,13 @@ def choose(browser, words):
 
 
 def cells(browser, heading):
-    """The table below a heading, as rows of texts."""
+    """The table below a heading, as rows of cell texts."""
     return browser.run(f"""[...[...document.querySelectorAll('h2, summary')].find(e => e.textContent.startsWith('{heading}')).parentElement
       .querySelectorAll('tbody tr')].map(row => [...row.cells].map(cell => cell.textContent))""")
 
 
 def check_economy(browser):
-    """The readout of the smaller model is the table's row."""
+    """The readout of the smaller model equals the table's row."""
     change, error, _, coordinates, _, milliseconds, evaluations, _ = cells(browser, "Models")[1]
     expect((error, coordinates, milliseconds, evaluations) == ("0.00032", "2", "7.89", "800"), f"the table says {cells(browser, 'Models')[1]}")
     told = read(browser, 0, 2, 3.2e-4) or ""
@@ -59,7 +59,7 @@ def check_chart(browser):
     told = read(browser, 0, 40, 1e-5) or ""
     for words in ("other rk4, step 0.01 s", f"{milliseconds} ms, {evaluations} evaluations", f"position {position}"):
         expect(words in told, f"the chart tells '{told}', without '{words}'")
-    # of ten curves six are shown at first, one of them the other program's, in a colour of its own
+    # six of ten curves are shown at first, one of them the other program's, in its own colour
     shown = browser.run("[...document.querySelectorAll('.plot')[0].querySelectorAll('button[aria-pressed=true]')].map(b => "
                         "[b.textContent, b.querySelector('path').getAttribute('stroke')])")
     front, curves = shown[0], shown[1:]
@@ -83,7 +83,7 @@ def check_volume(browser):
 
 
 def check_stability(browser):
-    """Many maps are a list to choose from; a tile is told; the first map has hatched tiles and their legend."""
+    """Many maps form a list to choose from; a tile has a readout; the first map has hatched tiles and their legend."""
     names = browser.run("[...document.querySelectorAll('.choices option')].map(o => o.value)")
     expect("methods" in names and "rk4" in names and len(names) > 8, f"the maps are {names}")
     told = read(browser, 0, 1, 0.1) or ""
@@ -138,7 +138,7 @@ def check_print(browser, name, path):
 
 
 def check_without_script(browser, name, path):
-    """Drawings and numbers stand in the page; buttons that could not answer are hidden."""
+    """Without JavaScript the page has drawings and numbers, and hides buttons."""
     browser.call("Emulation.setScriptExecutionDisabled", value=True)
     browser.call("Emulation.setEmulatedMedia", media="", features=[])
     browser.call("Page.navigate", url="file://" + os.path.abspath(path))

@@ -1,4 +1,4 @@
-// Pages of charts: what they forbid, what they hold, and (where Chromium is installed) what they show.
+// Chart pages: their content security policy, their data, and (if Chromium is installed) their display.
 #include "pipeline/charts/chart_page.hpp"
 
 #include <fmt/format.h>
@@ -48,7 +48,7 @@ TEST(ChartPage, CsvTextIsNeverAFormula) {
   EXPECT_EQ(csv_text("off by -1"), "\"off by -1\"");
 }
 
-TEST(ChartPage, TellsDataAsTheyAre) {
+TEST(ChartPage, HoldsTheDataUnchanged) {
   Plot plot{"t <b>", {"time (s)"}, {"error", true}, {}, {"n"}};
   plot.curves = {{.name = "a</script>",
                   .x = {1, 2, 3},
@@ -68,7 +68,8 @@ TEST(ChartPage, TellsDataAsTheyAre) {
             std::string::npos);
 }
 
-// Two of the first program, then the others in turn: of a program with many curves no more than the rest leave.
+// Two curves of the first program, then one of each other program in turn, so that a program with many curves
+// does not displace the rest.
 TEST(ChartPage, ShowsSixCurvesAtFirstOneOfEachProgram) {
   Plot plot{"t", {"x"}, {"y"}, {}};
   const auto add = [&](const std::string& name, const std::string& group, bool faint = false,
@@ -146,7 +147,7 @@ std::vector<Result<Scene>> scenes_of(const char* file) {
   return {read_scene(source_folder() + "/samples/" + file)};
 }
 
-// Opens each page in headless Chromium: see chart_page_check.py for what it must do there.
+// Opens each page in headless Chromium: chart_page_check.py checks it.
 TEST(ChartPage, DrawsItselfInABrowser) {
   if (std::system("python3 --version > /dev/null 2>&1") != 0) GTEST_SKIP() << "needs python3";
   if (std::system("command -v chromium > /dev/null 2>&1") != 0) GTEST_SKIP() << "needs chromium";

@@ -1,4 +1,4 @@
-// The phantom's body as a model of OpenSim: it moves as the scene does, and its landmarks are the phantom's.
+// The phantom's body as an OpenSim model: it moves like the scene and has the phantom's landmarks.
 #include "pipeline/export/body_model.hpp"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 struct Body {
   Phantom phantom;
   PartInertials parts;
-  Scene scene;  // without springs, with landmarks
+  Scene scene;  // without springs but with landmarks
 };
 
 Body moving_body() {
@@ -63,7 +63,7 @@ TEST(BodyModel, PhantomMovesAlikeInOpenSimsFormat) {
   EXPECT_NEAR(a.kinetic_energy, b.kinetic_energy, 1e-12 * a.kinetic_energy);
   EXPECT_LT((in_ground(a.momenta.linear) - b.momenta.linear).norm(), 1e-12 * a.momenta.linear.norm());
   EXPECT_LT((in_ground(a.momenta.angular) - b.momenta.angular).norm(), 1e-12 * a.momenta.angular.norm());
-  int compared = 0;  // the root's way, knees and elbows: balls are angles there
+  int compared = 0;  // root positions, knees and elbows; balls become angles there
   const double scale = a.acceleration.cwiseAbs().maxCoeff();
   for (const CoordinateInfo& info : one.coordinates) {
     if (info.q_size != 1) continue;
@@ -93,7 +93,7 @@ TEST(BodyModel, LandmarksAreMarkersWhereTheScanShowsThem) {
   EXPECT_EQ(solid_of("spine_upper"), "upper_trunk");
 }
 
-TEST(BodyModel, TellsDeviationsMeshesAndFrames) {
+TEST(BodyModel, ExtrasHoldDeviationsMeshesAndFrames) {
   const Body body = moving_body();
   InertiaTable table;
   table.source.volume = "scan.nii.gz";
@@ -120,8 +120,8 @@ TEST(BodyModel, TellsDeviationsMeshesAndFrames) {
   EXPECT_EQ(extras.frames[0].pose.p, Vector3d(Vector3d::Zero()));
 }
 
-// The verbs write by the ending of -o, and refuse others before any work.
-TEST(BodyModel, VerbsWriteByTheEnding) {
+// The ending of -o chooses the format; other endings are refused before any work.
+TEST(BodyModel, VerbsChooseTheFormatByTheEnding) {
   const TestFolder folder;
   const std::string at = folder.path().string() + "/";
   ASSERT_EQ(run_program("phantom -o " + at + "p.nii.gz --spacing 12").code, 0);

@@ -61,8 +61,8 @@ inline LabelMap labels_of(const std::vector<LabelCapsule>& capsules, double step
   return map;
 }
 
-/// The poses when joints have turned: each part by R (world axes of the scan's pose) about its joint, after
-/// its parent. Helpers play no role here.
+/// Poses after joints have turned: each part by R (world axes of the scan's pose) about its joint, on top of
+/// its parent's rotation. Helper bones are ignored.
 inline ScanPoses turned(const std::vector<SkinJoint>& joints, const ScanPoses& X_WS,
                         const std::map<std::string, Eigen::Matrix3d>& turns) {
   std::map<std::string, Pose> moved;

@@ -1,4 +1,4 @@
-// Which borders between labels are flesh and which are skin that touches skin.
+// Borders between labels: continuous flesh, or skin that touches skin.
 #include "pipeline/export/skin_contacts.hpp"
 
 #include <gtest/gtest.h>
@@ -49,7 +49,7 @@ TEST(OpenContacts, SeparateColumnsAboveTheBlock) {
   for (std::size_t n = 0; n < before.size(); ++n) closed += before[n] != c.body.voxels[n];
   // layers 20 to 24 are within five voxels of the block's last one, 19
   for (std::int64_t k = 0; k < 60; ++k) EXPECT_EQ(c.body.at(24, 7, k) == 0, k >= 25) << k;
-  EXPECT_EQ(closed, 35u * 20u);  // one voxel thick, of the larger column
+  EXPECT_EQ(closed, 35u * 20u);  // one voxel thick, taken from the larger column
 }
 
 }  // namespace

@@ -21,7 +21,7 @@ namespace {
 using Eigen::Affine3d;
 using Eigen::Vector3d;
 
-/// Arms that rise, twist and bend, while the trunk floats and turns. Solids in another order than the parts.
+/// Arms rise, twist and bend while the trunk floats and turns. Solids and parts have different orders.
 struct Raise {
   std::vector<SkinJoint> joints = figure_joints();
   ScanPoses X_WS_scan{{"trunk", {turn_deg(25, {1, 1, 0}), {0.02, 0.03, 0.85}}},
@@ -109,7 +109,7 @@ std::vector<Affine3d> global_transforms(const tinygltf::Model& model, std::size_
   return global;
 }
 
-/// The skin's points in glTF's axes at sample n.
+/// Points of the skin in glTF's axes at sample n.
 std::vector<Vector3d> evaluated(const tinygltf::Model& model, std::size_t n) {
   const auto global = global_transforms(model, n);
   const tinygltf::Skin& skin = model.skins[0];

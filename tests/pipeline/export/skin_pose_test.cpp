@@ -34,8 +34,8 @@ double volume(const Skin& skin, const std::vector<Vector3d>& points) {
   return six / 6;
 }
 
-/// Triangles that the motion turns inside out: a point 0.1 mm below the triangle, moved with its corners'
-/// mean weights, comes to lie above it.
+/// Number of triangles turned inside out: a point 0.1 mm below the triangle, moved with its corners' mean
+/// weights, ends above it.
 int flipped(const Skin& skin, const std::vector<Vector3d>& points, const ScanPoses& X_WS) {
   auto moved = bone_poses(skin, X_WS);
   const auto rest = rest_poses(skin);
@@ -73,7 +73,7 @@ TEST(SwingTwist, RebuildsTheRotationWithASwingAcrossTheAxis) {
     EXPECT_LT((swing * twist - R).norm(), 1e-12);
     EXPECT_NEAR(parts.swing_axis.dot(axis), 0, 1e-12);
     EXPECT_NEAR(parts.swing_axis.norm(), 1, 1e-12);
-    // the swing alone takes the axis where R takes it, by the shortest turn
+    // the swing moves the axis as R does, by the shortest rotation
     EXPECT_LT((swing * axis - R * axis).norm(), 1e-12);
     EXPECT_NEAR(parts.swing, std::acos(std::clamp(axis.dot(R * axis), -1.0, 1.0)), 1e-7);
   }
@@ -145,8 +145,8 @@ TEST(Deformed, ATwistLeavesTheCosineOfHalfItsShare) {
     }
 }
 
-// The zones reach 2 r into the segment of 300 mm, which leaves 140 mm. There the angle grows steadily; halfway
-// between bones 22.5 degrees apart its slope is 1.3 % larger, tan(a / 2) / (a / 2).
+// The zones reach 2 r into the segment of 300 mm, which leaves 140 mm. There the angle grows steadily;
+// halfway between bones 22.5 degrees apart its slope is 1.3 % larger, tan(a / 2) / (a / 2).
 TEST(Deformed, ATwistGrowsSteadilyAlongTheSegment) {
   const Skin skin = limb_skin(limb_joints(true), 3);
   const auto points = deformed(skin, turned(limb_joints(true), {}, {{"middle", turn_deg(90, {0, 0, 1})}}));
@@ -172,11 +172,11 @@ TEST(Deformed, ATwistGrowsSteadilyAlongTheSegment) {
   for (const std::size_t joint : {1u, 2u}) EXPECT_NEAR(skin.parts[joint].half_thickness, 0.04, 0.003);
   const double left = 0.3 - 2 * skin.parts[1].half_thickness - 2 * skin.parts[2].half_thickness;
   EXPECT_NEAR(line[0], pi / 4, 0.0015 * 14);           // half a voxel
-  EXPECT_NEAR(line[1] / (-(pi / 2) / left), 1, 0.03);  // two zones' ends, a voxel together
+  EXPECT_NEAR(line[1] / (-(pi / 2) / left), 1, 0.03);  // two zones' ends, one voxel in total
 }
 
-/// Area of the limb's cross-section at height z, whose rest points are turned by R about c: of the polygon of
-/// the points nearest to the section, by azimuth, in the section's own plane.
+/// Area of the limb's cross-section at height z at rest, whose points are now turned by R about c: the area
+/// of the polygon of the points near that height, ordered by azimuth, in axes turned by R.
 double section_area(const Skin& skin, const std::vector<Vector3d>& points, double z, const Eigen::Matrix3d& R,
                     const Vector3d& c) {
   std::map<double, Eigen::Vector2d> ring;
@@ -209,7 +209,7 @@ TEST(Deformed, ABendOf150DegreesKeepsSectionAndVolume) {
   }
 }
 
-/// A trunk on two thighs, as thick as they are: two cuts meet at the midline.
+/// A trunk on two thighs and as thick as they are, so that two cuts meet at the midline.
 std::vector<LabelCapsule> hips() {
   return {{"trunk", {62, 0, 1000}, {62, 0, 600}, 58, false},
           {"trunk", {0, 0, 1000}, {0, 0, 600}, 58, false},
@@ -233,7 +233,7 @@ TEST(Deformed, AFlexedHipFoldsNeitherGroinNorTrunk) {
   }
 }
 
-// So helpers are what the test above measures.
+// Shows that the test above measures the effect of helper bones.
 TEST(Deformed, WithoutHelpersABendNarrowsTheMiddle) {
   const Skin skin = limb_skin(limb_joints(false), 0);
   const Vector3d c(0, 0, 0.6);

@@ -1,4 +1,4 @@
-// One skin of figures made of capsules: its surface, and which parts move which points.
+// The skin of figures made of capsules: its surface, and the parts that move each point.
 #include "pipeline/export/skin.hpp"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ Skin figure_skin(double step = 3) {
   return *skin;
 }
 
-/// The shape whose surface is nearest; "" where another one's is less than 8 mm farther.
+/// The shape with the nearest surface; "" if another one is less than 8 mm farther.
 std::string shape_at(const std::vector<LabelCapsule>& shapes, const Eigen::Vector3f& p) {
   std::map<std::string, double> away;
   for (const LabelCapsule& c : shapes) {
@@ -35,7 +35,7 @@ std::string shape_at(const std::vector<LabelCapsule>& shapes, const Eigen::Vecto
   return std::ranges::min_element(away, {}, by_distance)->second > nearest.second + 8 ? nearest.first : "";
 }
 
-/// The parts whose motion a point takes over: a helper's are its part and that one's parent.
+/// The parts that move a point; a helper bone stands for its part and that part's parent.
 std::set<std::string> movers(const Skin& skin, std::size_t point) {
   std::set<std::string> names;
   for (std::size_t c = 0; c < 4; ++c) {
@@ -71,7 +71,8 @@ TEST(SkinSurface, IsOneClosedSphereWithTheVolumeOfTheVoxels) {
   }
 }
 
-// Between two bones of a zone lies an edge at most: 4 r / 5 for three helpers, r: the thinnest joint's.
+// Edges are at most as long as the distance between two bones of a zone: 4 r / 5 for three helpers, with r of
+// the thinnest joint.
 TEST(SkinSurface, HasEdgesShortEnoughToBend) {
   const Skin skin = figure_skin();
   double thinnest = 1, longest = 0;
@@ -129,7 +130,7 @@ TEST(SkinWeights, AHandAtTheHipIsMovedByItsArmAlone) {
   EXPECT_GT(waist, 100);
 }
 
-// The same seen from outside: arms raised by 60 degrees leave the waist at rest and move the hands rigidly.
+// The effect on the skin: arms raised by 60 degrees leave the waist at rest and move the hands rigidly.
 TEST(SkinWeights, RaisedArmsLeaveTheWaistAlone) {
   const auto shapes = figure();
   const Skin skin = figure_skin();

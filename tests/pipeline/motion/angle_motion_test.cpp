@@ -1,5 +1,5 @@
-// Joint angles of tables on the phantom: its own against themselves, OpenSim's against the bodies of an
-// OpenSim model and against rotations written out.
+// Joint angles from tables on the phantom: its own angles are recovered; OpenSim's agree with the bodies of
+// an OpenSim model and with explicit rotations.
 #include "pipeline/motion/angle_motion.hpp"
 
 #include <gtest/gtest.h>
@@ -69,8 +69,8 @@ MotionTable table_of_row(const std::vector<std::pair<std::string, double>>& valu
 Matrix3d upright() { return AngleAxisd(90 * degree, Vector3d::UnitX()).toRotationMatrix(); }
 
 // The walk that OpenSim itself computed, on OpenSim's own model (tested against OpenSim by gait10dof_test)
-// and on the phantom: pelvis and thighs have the same axes. Knees are hinges about other lines, but bend by
-// the same angle.
+// and on the phantom: pelvis and thighs have the same axes. Knees are hinges about other axes but bend by the
+// same angle.
 TEST(AngleMotion, PelvisAndThighsTurnAsThoseOfOpenSimsModel) {
   const std::string folder = shared_folder() + "/motion/gait10dof/";
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no " << folder;
@@ -94,7 +94,7 @@ TEST(AngleMotion, PelvisAndThighsTurnAsThoseOfOpenSimsModel) {
     start.update(0, body().system.initial.q);
     const int trunk = solid_index(body().system, "lower_trunk");
     const Vector3d asis = poses.of(trunk) * Vector3d(start.of(trunk).inverse() * body().middle_of_asis());
-    // (the model moves in a plane; its joint holds the pelvis 2 cm beside it, and the table has no pelvis_tz)
+    // the model's joint holds the pelvis 2 cm beside the plane of motion, and the table has no pelvis_tz
     const Vector3d expected = upright() * model_poses.of(pelvis).p;
     EXPECT_NEAR(asis.x(), expected.x(), rounding);
     EXPECT_NEAR(asis.z(), expected.z(), rounding);
@@ -107,7 +107,7 @@ TEST(AngleMotion, PelvisAndThighsTurnAsThoseOfOpenSimsModel) {
   }
 }
 
-// OpenSim's joints turn about z, x, y in this order; on the left x and y are turned round (see the table's
+// OpenSim's joints turn about z, x, y in this order; on the left, x and y are reversed (see the table's
 // source).
 TEST(AngleMotion, JointsTurnInOpenSimsOrderAndSigns) {
   const auto about = [](double deg, const Vector3d& axis) -> Matrix3d {
@@ -162,7 +162,7 @@ TEST(AngleMotion, KneesBendWhicheverSignTheModelHas) {
   }
 }
 
-TEST(AngleMotion, RefusesTablesOfOtherThingsAndGaps) {
+TEST(AngleMotion, RefusesTablesWithoutAnglesOrWithGaps) {
   const auto other = angle_motion(body().system, body().phantom.landmarks, table_of_row({{"force_vx", 1}}));
   ASSERT_FALSE(other);
   EXPECT_NE(other.error().message().find("neither its own coordinates nor OpenSim's"), std::string::npos);
@@ -172,8 +172,8 @@ TEST(AngleMotion, RefusesTablesOfOtherThingsAndGaps) {
   EXPECT_NE(gap.error().message().find("'hip_flexion_r'"), std::string::npos);
 }
 
-/// The largest difference of joint moments, where no foot carries a load of less than 25 N: plates begin to
-/// count at 20 N.
+/// The largest difference of joint moments, except while a foot bears less than 25 N, because plates count
+/// from 20 N.
 double largest_difference(const CapturedMotion& motion, const SampleWalk& walk) {
   double largest = 0;
   for (Eigen::Index i = 0; i < motion.efforts.efforts.rows(); ++i) {
@@ -213,20 +213,20 @@ std::vector<MeasuredForce> forces_of(const SampleWalk& walk) {
   return out;
 }
 
-// The file keeps every double but turns hinges' angles into degrees and back: 1 rounding each way.
-TEST(CapturedAngles, OwnAnglesComeBackWithTheirMoments) {
+// The file keeps all digits but converts hinge angles to degrees and back, one rounding each way.
+TEST(CapturedAngles, RecoversItsOwnAnglesAndMoments) {
   const SampleWalk& walk = sample().walk;
   const CapturedMotion motion =
       need(captured_angles({body().scene, sample().soles}, body().phantom.landmarks,
                            {written(body().system, walk.positions), forces_of(walk), {}}, {.cutoff = 0}));
   EXPECT_LT((motion.positions.q - walk.positions.q).cwiseAbs().maxCoeff(), rounding);
   EXPECT_TRUE(motion.fit.markers.empty());
-  // the same positions and forces: only the rounding is amplified, by the square of the 100 Hz
+  // equal positions and forces up to rounding, which 100 Hz squared amplifies
   EXPECT_LT(largest_difference(motion, walk), 1e-5);
 }
 
-// Plates measure in OpenSim's axes, y up; their mean force tells it.
-TEST(CapturedAngles, ForcesTellWhichWayIsUp) {
+// Plates measure in OpenSim's axes, y up; the mean force shows which way is up.
+TEST(CapturedAngles, FindsUpFromTheForces) {
   const SampleWalk& walk = sample().walk;
   std::vector<MeasuredForce> forces = forces_of(walk);
   for (MeasuredForce& force : forces)
@@ -238,7 +238,8 @@ TEST(CapturedAngles, ForcesTellWhichWayIsUp) {
   EXPECT_LT(largest_difference(motion, walk), 1e-5);
 }
 
-// A person 1.08 times as large with the same angles: only the root's path, 1.08 times as long, tells it.
+// A person 1.08 times as large with the same angles: only the root's path, 1.08 times as long, shows the
+// size.
 TEST(CapturedAngles, AnotherPersonsSizeIsFoundAndItsFeetStand) {
   constexpr double size = 1.08;
   RecordedPositions larger = sample().walk.positions;
@@ -249,7 +250,7 @@ TEST(CapturedAngles, AnotherPersonsSizeIsFoundAndItsFeetStand) {
   const CapturedMotion motion =
       need(captured_angles({body().scene, sample().soles}, body().phantom.landmarks,
                            {written(body().system, larger), forces, {}}, {.other_person = true}));
-  EXPECT_NEAR(motion.length_ratio, 1 / size, 0.005);  // the soles give way by millimetres at heel strike
+  EXPECT_NEAR(motion.length_ratio, 1 / size, 0.005);  // the soles sink by millimetres at heel strike
   EXPECT_NEAR(motion.mass_ratio, 1 / (size * size * size), 0.04);  // as in CapturedMotion's test
   expect_feet_stand(body().system, motion.positions, sample().walk.timing, sample().soles,
                     {{0, 0.05, 0.3}, {1, 0.15, stance_share - 0.05}});

@@ -1,5 +1,5 @@
-// Skeletons written as BVH against the poses that they show, read back by a reader of its own: a loop over
-// the words of the text with 4 by 4 matrices (the published definition), and by the library's, which is
+// Skeletons written as BVH, compared with the original poses. They are read back by an independent reader (a
+// loop over the words with 4 by 4 matrices, after the published definition) and by the library's, which is
 // tested against NumPy.
 #include "pipeline/motion/bvh_skeleton.hpp"
 
@@ -24,7 +24,8 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double degree = std::numbers::pi / 180;
-// angles reach the text in degrees: a rounding of 360 * 2^-52 degrees over a chain of eight joints is 1e-14 rad
+// angles reach the text in degrees: a rounding of 360 * 2^-52 degrees over a chain of eight joints is 1e-14
+// rad
 constexpr double rounding = 1e-12;
 
 template <class T>
@@ -101,7 +102,7 @@ Scene cart() {
   cart.name = "cart";
   cart.switches = {{.kind = Translation{Vector3d::UnitY()}, .coordinate = "slide", .q = {0}}};
   cart.inertials = {{1, {0, 0, 0}, Matrix3d::Identity() * 0.01}};
-  scene.solids = {rod, cart};  // the child first, as scene files may have it
+  scene.solids = {rod, cart};  // the child first, as scene files allow
   return scene;
 }
 
@@ -115,9 +116,9 @@ RecordedPositions rows_of(const System& system, const std::vector<double>& times
   return out;
 }
 
-// With z up, BVH's y is the world's z, and its z the world's -y. So a slide of 0.3 m along y is -30 cm along
-// z, and a turn about x stays one.
-TEST(BvhSkeleton, CartAndRodAreAsWorkedOutByHand) {
+// With z up, BVH's y is the world's z and BVH's z is the world's -y. A slide of 0.3 m along y becomes -30 cm
+// along z; a turn about x stays a turn about x.
+TEST(BvhSkeleton, CartAndRodMatchHandCalculation) {
   const Scene scene = cart();
   const System system = need(compile(scene));
   const auto positions = rows_of(system, {0, 0.1}, {{"slide", {0.1, 0.3}}, {"swing", {0, 40 * degree}}});
@@ -136,7 +137,7 @@ TEST(BvhSkeleton, CartAndRodAreAsWorkedOutByHand) {
   EXPECT_LT((bvh.values - expected).cwiseAbs().maxCoeff(), 1e-10) << bvh.values;
 }
 
-// A rod that turns round and round passes Euler's singular angles; its values rise without jumps.
+// A rod that turns several times passes the singular Euler angles; its values rise without jumps.
 TEST(BvhSkeleton, FullTurnsStayContinuous) {
   Scene scene = cart();
   const System system = need(compile(scene));
@@ -151,7 +152,7 @@ TEST(BvhSkeleton, FullTurnsStayContinuous) {
   for (Eigen::Index i = 0; i <= 48; ++i) EXPECT_NEAR(bvh.values(i, 7), 15.0 * double(i), 1e-9);
 }
 
-// At uneven times the poses between are on the arc: a steady turn comes out steady.
+// Poses between uneven times are interpolated along the arc, so a steady turn stays steady.
 TEST(BvhSkeleton, UnevenTimesBecomeEqualSteps) {
   const Scene scene = cart();
   const System system = need(compile(scene));

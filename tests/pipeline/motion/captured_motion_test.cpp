@@ -1,4 +1,5 @@
-// Captured motions on the phantom: its own, which must come back, and those of larger persons made from it.
+// Captured motions on the phantom: its own motion is recovered, and motions of larger persons derived from it
+// are fitted.
 #include "pipeline/motion/captured_motion.hpp"
 
 #include <gtest/gtest.h>
@@ -58,7 +59,7 @@ double largest_turn(const System& system, const std::string& joint, const Record
   return largest;
 }
 
-TEST(BodyMarkers, KnowsNamesOfCommonSetsWithEitherWayToNameASide) {
+TEST(BodyMarkers, KnowsCommonMarkerNamesWithTheSideBeforeOrAfter) {
   const Subject& s = subject();
   const auto places =
       body_markers({"RASI", "L.ASIS", "subject1:LKNE", "right_heel", "MT5_L", "C7", "THI_R", "XYZ"},
@@ -76,11 +77,11 @@ TEST(BodyMarkers, KnowsNamesOfCommonSetsWithEitherWayToNameASide) {
   EXPECT_EQ(at(3), landmark("heel_right"));
   EXPECT_EQ(at(4), landmark("metatarsal_5_left"));
   EXPECT_EQ(at(5), landmark("cervicale"));
-  EXPECT_FALSE(places.markers[6].point);  // a cluster's marker: somewhere on the thigh
+  EXPECT_FALSE(places.markers[6].point);  // a cluster's marker: its position on the thigh is unknown
   EXPECT_EQ(places.markers[6].segment, "thigh_right");
 }
 
-TEST(BodyMarkers, OwnNamesGoBeforeTheTable) {
+TEST(BodyMarkers, OwnNamesOverrideTheTable) {
   const Subject& s = subject();
   const auto own = need(parse_joint_mapping("m1 = hip_left\nC7 = shank_right\n", "map.txt", marker_places()));
   const auto places =
@@ -91,8 +92,8 @@ TEST(BodyMarkers, OwnNamesGoBeforeTheTable) {
   EXPECT_FALSE(places.markers[1].point);
 }
 
-// The rest weights draw each joint back by up to 1e-3 rad; markers are exact otherwise.
-TEST(CapturedMotion, OwnMotionComesBackWhicheverAxisIsUp) {
+// The rest weights pull each joint back by up to 1e-3 rad; markers are exact otherwise.
+TEST(CapturedMotion, RecoversItsOwnMotionWithAnyAxisUp) {
   const Subject& s = subject();
   const System system = need(compile(s.marked));
   const RecordedPositions truth = bending(system, squat);
@@ -107,7 +108,7 @@ TEST(CapturedMotion, OwnMotionComesBackWhicheverAxisIsUp) {
   }
 }
 
-// A gap is not a zero: hidden markers leave the others' fit as it is.
+// A gap is not a zero: hidden markers do not change the fit of the others.
 TEST(CapturedMotion, HiddenMarkersAreLeftOut) {
   const Subject& s = subject();
   const System system = need(compile(s.marked));
@@ -128,8 +129,8 @@ TEST(CapturedMotion, TrajectoryHasTheEnergiesOfTheMotion) {
   recording.motion = recording_of(s.marked, bending(system, squat));
   const auto motion = need(captured_motion({s.scene, {}}, s.markers, recording, {.cutoff = 0}));
   const Trajectory trajectory = need(recorded_trajectory(need(compile(motion.scene)), motion.efforts));
-  // the joints' and the root's powers make the change of energy; trapezoids over 1/30 s of a motion at 0.5 Hz err
-  // by (pi/30)^2 / 12 = 0.1 % of the turnover
+  // the powers of joints and root integrate to the change of energy; the trapezoidal rule over 1/30 s of a
+  // motion at 0.5 Hz errs by (pi/30)^2 / 12 = 0.1 % of the turnover
   double work = 0, turnover = 0;
   for (Eigen::Index i = 1; i < motion.efforts.powers.rows(); ++i) {
     const double step = (motion.efforts.powers.row(i).sum() + motion.efforts.powers.row(i - 1).sum()) / 2 *
@@ -154,13 +155,15 @@ TEST(CapturedMotion, OtherPersonsAnglesFitTheBodysSize) {
   const auto motion =
       need(captured_motion({s.scene, {}}, s.markers, recording, {.other_person = true, .cutoff = 0}));
   EXPECT_NEAR(motion.length_ratio, 1 / 1.08, 0.01);
-  // sizes are found within their 10 % prior: a joint centre that is 5 mm off turns a limb of 0.4 m by 0.7 degrees
+  // sizes are found within their 10 % prior: a joint centre that is 5 mm off turns a limb of 0.4 m by 0.7
+  // degrees
   for (const auto& [joint, angle] : squat)
     EXPECT_LT(largest_turn(system, joint, truth, motion.positions), 0.07) << joint;
 }
 
-// A person who is the phantom 1.08 times as large walks with 1.08 times its markers' ways. The smaller body must
-// stand where it stands: heel until a third of the cycle, ball of the foot from then to toe-off.
+// A person 1.08 times as large as the phantom walks with marker paths scaled by 1.08. The smaller body's feet
+// must stand when the person's do: the heel for a third of the cycle, then the ball of the foot until
+// toe-off.
 TEST(CapturedMotion, FeetOfAnotherPersonsWalkNeitherSlideNorSink) {
   const Subject& s = subject();
   constexpr double size = 1.08;
@@ -185,14 +188,14 @@ TEST(CapturedMotion, FeetOfAnotherPersonsWalkNeitherSlideNorSink) {
       body_markers(recording.motion.names, s.phantom.landmarks, segments_of(s.scene), PointKind::markers);
   const auto motion = need(captured_motion({s.scene, soles}, markers, recording, {.other_person = true}));
   EXPECT_NEAR(motion.length_ratio, 1 / size, 0.01);
-  // times are kept, so that accelerations are not those of a body of this size: its mass is told within 5 %
+  // times are not scaled, so accelerations do not match a body of this size: its mass is found within 5 %
   EXPECT_NEAR(motion.mass_ratio, 1 / (size * size * size), 0.04);
 
   expect_feet_stand(system, motion.positions, walk.timing, soles,
                     {{0, 0.05, 0.3}, {1, 0.15, stance_share - 0.05}});
 }
 
-TEST(CapturedMotion, RefusesMarkersThatTellNoPlace) {
+TEST(CapturedMotion, RefusesMarkersWithoutKnownPlaces) {
   const Subject& s = subject();
   const System system = need(compile(s.marked));
   CapturedRecording recording;

@@ -1,5 +1,5 @@
-// Bands against the truth: bodies are measured wrong by their stated deviations, and their moments must lie within
-// two deviations of the true ones in about 95 % of all cases.
+// Bands against the truth: bodies are measured with errors of the stated deviations, and their moments must
+// lie within two deviations of the true ones in about 95 % of cases.
 #include "pipeline/motion/effort_bands.hpp"
 
 #include <gtest/gtest.h>
@@ -46,7 +46,7 @@ struct Measured {
   Landmarks landmarks;
 };
 
-/// A body as a measurement with these deviations could give it.
+/// A body as measured with random errors of these deviations.
 Measured measured(const Phantom& phantom, std::mt19937& random) {
   std::normal_distribution<double> normal;
   const auto vector = [&] {
@@ -99,7 +99,7 @@ TEST(EffortBands, HoldTheTrueMomentsInNinetyFivePercent) {
     const auto bands = need(effort_bands(motion, {table, made.landmarks, PointKind::markers, none}, request));
     EXPECT_EQ(bands.failed, 0);
     for (const CoordinateInfo& c : system.coordinates) {
-      // joints whose moment is of the masses that they carry; the root's residuals belong to no joint
+      // joints whose moments depend on the masses that they carry; the root's residuals are no joint's
       if (c.name != "hip_left" && c.name != "knee_left" && c.name != "shoulder_right" &&
           c.name != "elbow_right")
         continue;
@@ -113,7 +113,8 @@ TEST(EffortBands, HoldTheTrueMomentsInNinetyFivePercent) {
   const double share = double(within) / double(all);
   RecordProperty("share_within_two_deviations", std::to_string(share));
   std::cout << "within two deviations: " << share << " of " << all << " moments\n";
-  // moments of one body err together: over 8 bodies the share's own deviation is sqrt(0.95 0.05 / 8), 0.08
+  // errors of one body's moments are correlated: over 8 bodies the share has a deviation of sqrt(0.95 0.05 /
+  // 8) = 0.08
   EXPECT_GT(share, 0.85);
   EXPECT_LT(share, 0.999);
 }

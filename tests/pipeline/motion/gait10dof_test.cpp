@@ -1,5 +1,5 @@
-// A whole case against OpenSim: the walk of gait10dof, which is distributed with OpenSim together with its own
-// inverse kinematics and inverse dynamics.
+// A whole case against OpenSim: the walk of gait10dof, which is distributed with OpenSim together with its
+// own inverse kinematics and inverse dynamics.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -33,7 +33,7 @@ struct Walk {
   System system = need(compile(scene));
 };
 
-/// Root mean square and largest difference of a column of both tables, without `ends` rows at each end.
+/// Root mean square and largest difference of a column in two tables, without `ends` rows at each end.
 struct Difference {
   double rms = 0, largest = 0;
 };
@@ -50,7 +50,7 @@ Difference difference(const MotionTable& ours, const MotionTable& theirs, const 
   return {std::sqrt(d.squaredNorm() / double(d.size())), d.cwiseAbs().maxCoeff()};
 }
 
-TEST(Gait10dof, InverseKinematicsIsOpenSims) {
+TEST(Gait10dof, InverseKinematicsMatchesOpenSim) {
   const Walk walk;
   MotionFitRequest request;
   request.setup = need(read_ik_setup(given("walk_Setup_IK.xml")));
@@ -67,7 +67,7 @@ TEST(Gait10dof, InverseKinematicsIsOpenSims) {
   }
 }
 
-TEST(Gait10dof, InverseDynamicsIsOpenSims) {
+TEST(Gait10dof, InverseDynamicsMatchesOpenSim) {
   const Walk walk;
   const InverseDynamicsSetup setup = need(read_id_setup(given("walk_Setup_ID.xml")));
   const TablePositions motion =
@@ -95,12 +95,12 @@ TEST(Gait10dof, FeetAreFoundByContact) {
   ASSERT_EQ(forces.size(), 2u);
   const FootLoads found = need(loads_on_feet(walk.system, recorded, forces, feet_of(walk.system)));
   ASSERT_EQ(found.loads.size(), 2u);
-  // the set-up says which plate is whose: the first one is under the right foot
+  // the set-up assigns plates to feet: the first one is under the right foot
   EXPECT_EQ(found.loads[0].body, "calcn_r");
   EXPECT_EQ(found.loads[1].body, "calcn_l");
 }
 
-/// The set-up's loads at a time, as samples between which all is linear: here at the samples themselves.
+/// The set-up's loads at time t, linear between samples.
 std::vector<SolidWrench> wrenches_at(const System& system, const ExternalLoads& loads, double t) {
   std::vector<SolidWrench> out;
   for (const ExternalLoad& load : loads.loads) {
@@ -120,7 +120,7 @@ std::vector<SolidWrench> wrenches_at(const System& system, const ExternalLoads& 
   return out;
 }
 
-TEST(Gait10dof, EffortsReturnTheMotionForwards) {
+TEST(Gait10dof, EffortsReproduceTheMotionForwards) {
   const Walk walk;
   const System& system = walk.system;
   const TablePositions table =
@@ -132,7 +132,7 @@ TEST(Gait10dof, EffortsReturnTheMotionForwards) {
   State recorded, state;
   VectorXd a;
   const VectorXd none = VectorXd::Zero(system.nv);
-  // joint efforts as inverse dynamics finds them along the recorded motion; the ground's push at the actual state
+  // joint efforts from inverse dynamics of the recorded motion; ground forces act on the actual state
   const auto acceleration = [&](double t, const State& at) -> VectorXd {
     motion.at(t, recorded, a);
     const auto wrenches = wrenches_at(system, loads, t);
@@ -149,7 +149,7 @@ TEST(Gait10dof, EffortsReturnTheMotionForwards) {
     return out;
   };
   ASSERT_EQ(system.nq, system.nv);
-  const auto error = [&](int steps) {  // of the classical Runge-Kutta method
+  const auto error = [&](int steps) {  // error of the classical Runge-Kutta method
     motion.at(start, state, a);
     VectorXd y(2 * system.nq);
     y << state.q, state.v;

@@ -1,4 +1,4 @@
-// Markers that a trial has put in wrong places find back to where they are, by a known motion of the phantom.
+// Markers at wrong positions are corrected by a known motion of the phantom.
 #include "pipeline/motion/marker_calibration.hpp"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ T need(Result<T> result) {
   return std::move(*result);
 }
 
-/// How far a hinge moves, deg.
+/// Range of a hinge's motion, deg.
 double span_of(const System& system, const Rows& q, const std::string& hinge) {
   for (const CoordinateInfo& c : system.coordinates)
     if (c.name == hinge)
@@ -28,7 +28,7 @@ double span_of(const System& system, const Rows& q, const std::string& hinge) {
   return 0;
 }
 
-TEST(MarkerCalibration, MisplacedMarkersAreFoundByTheMotion) {
+TEST(MarkerCalibration, MotionCorrectsMisplacedMarkers) {
   const Phantom phantom = build_phantom({}).value();
   const Scene body = still_body(exact_parts(phantom), phantom.landmarks);
   const Scene marked = with_known_markers(
@@ -45,12 +45,12 @@ TEST(MarkerCalibration, MisplacedMarkersAreFoundByTheMotion) {
   const double after = span_of(system, need(fit_placed(found.scene, motion)).q, "knee_left");
   EXPECT_GT(found.rms_before, 0.005);
   EXPECT_LT(found.rms_after, 5e-4);
-  // 80 degrees: the rest weights draw by 0.2 degrees, the misplaced markers by more
+  // 80 degrees: the rest weights pull by 0.2 degrees, the misplaced markers by more
   EXPECT_GT(std::abs(before - 80), 1);
   EXPECT_NEAR(after, 80, 0.3);
 }
 
-// Markers in their places stay: only the pull of the rest weights (1e-3 rad on segments of 0.4 m) moves them.
+// Correct markers stay: only the pull of the rest weights (1e-3 rad on segments of 0.4 m) moves them.
 TEST(MarkerCalibration, PlacedMarkersStay) {
   const Phantom phantom = build_phantom({}).value();
   const Scene body = still_body(exact_parts(phantom), phantom.landmarks);

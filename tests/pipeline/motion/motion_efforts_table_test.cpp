@@ -47,8 +47,8 @@ TEST(MotionEffortsTable, DrivenPendulumHasItsClosedForm) {
   EXPECT_TRUE(motion.warnings.empty());
   const RecordedEfforts efforts = need(efforts_of(system, motion.positions, {}, {}));
   const double inertia = 0.3 + 2 * 0.7 * 0.7;
-  // N m. Positions are rounded; second derivatives over steps of 1 ms make of it about
-  // 10 * 2.2e-16 / (1 ms)^2 * inertia = 2.8e-9 (2.7e-9 measured). Four times that allows for other libraries.
+  // N m. Rounded positions give second derivatives over steps of 1 ms an error of about 10 * 2.2e-16 / (1
+  // ms)^2 * inertia = 2.8e-9 (measured: 2.7e-9). Four times that allows for other libraries.
   const double rounding = 1.1e-8;
   for (std::size_t i = 0; i < efforts.times.size(); ++i) {
     const double t = efforts.times[i];

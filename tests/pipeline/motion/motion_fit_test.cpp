@@ -98,7 +98,7 @@ bool tells(const MotionFit& fit, const std::string& what) {
   return false;
 }
 
-TEST(MotionFit, FollowsTheMarkersThatBothHave) {
+TEST(MotionFit, FollowsTheSharedMarkers) {
   const Body body;
   MarkerMotion recording = body.recording(0.3);
   recording.frames[4].col(1).setConstant(std::numeric_limits<double>::quiet_NaN());  // the hand is not seen

@@ -1,4 +1,4 @@
-// A motion of the phantom, recorded by markers over its exact landmarks: what the motion was is known.
+// A known motion of the phantom, recorded by markers over its exact landmarks.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -53,8 +53,8 @@ inline std::vector<std::string> segments_of(const Scene& scene) {
   return out;
 }
 
-/// Positions of a body that bends its joints slowly back and forth: those named turn about their first axis by up
-/// to the angle (deg), which is reached at 1 s.
+/// Positions of a body that slowly bends joints and returns: the named joints turn about their first axis by
+/// up to the given angle (deg), reached at 1 s.
 inline RecordedPositions bending(const System& system, const std::map<std::string, double>& angles_deg) {
   RecordedPositions out;
   constexpr int count = 61;
@@ -79,7 +79,7 @@ inline RecordedPositions bending(const System& system, const std::map<std::strin
   return out;
 }
 
-/// The markers of the scene at the positions, in axes of which `up` is z.
+/// The scene's markers at the positions, in axes whose axis `up` is the world's z.
 inline MarkerMotion recording_of(const Scene& scene, const RecordedPositions& positions,
                                  const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ()) {
   MarkerMotion out;
@@ -108,14 +108,14 @@ inline Scene with_known_markers(Scene scene, const BodyMarkers& markers) {
   return scene;
 }
 
-/// A point of the sole (its number in FootSoles) that stands from one share of its foot's cycle to another.
+/// A point of the sole (its index in FootSoles) that stands between two fractions of its foot's cycle.
 struct StandingPoint {
   std::size_t point;
   double from, to;
 };
 
-/// Expects that points of a walking body's soles slide by less than 5 mm while they stand, and sink by less than
-/// 3 mm below the floor z = 0. The left foot's cycle begins half a cycle later.
+/// Expects that points of a walking body's soles slide by less than 5 mm while they stand, and sink by less
+/// than 3 mm below the floor z = 0. The left foot's cycle begins half a cycle later.
 inline void expect_feet_stand(const System& system, const RecordedPositions& positions,
                               const WalkTiming& timing, const FootSoles& soles,
                               const std::vector<StandingPoint>& stands) {
@@ -126,7 +126,7 @@ inline void expect_feet_stand(const System& system, const RecordedPositions& pos
     const double lead = name == "foot_left" ? 0.5 : 0;
     for (const StandingPoint& stand : stands) {
       const Eigen::Vector3d p_S = start.of(foot).inverse() * points[stand.point];
-      std::map<double, Eigen::Vector3d> first;  // by step
+      std::map<double, Eigen::Vector3d> first;  // positions at the first frame, per step
       for (std::size_t i = 0; i < positions.times.size(); ++i) {
         const double cycles = positions.times[i] / timing.cycle - lead, step = std::floor(cycles);
         if (cycles - step < stand.from || cycles - step > stand.to) continue;

@@ -1,4 +1,5 @@
-// A made-up walk of the phantom: its ground forces balance it, its feet stand, and it resembles published gait.
+// A synthetic walk of the phantom: ground forces balance it, its feet stand still, and it resembles published
+// gait.
 #include "pipeline/motion/sample_walk.hpp"
 
 #include <gtest/gtest.h>
@@ -51,15 +52,15 @@ const Sample& sample() {
   return made;
 }
 
-// 1e-9 of the weight and of its moment about the farthest point of the way: rounding over 3 m.
+// Within 1e-9 of the weight and of its moment about the farthest point of the path: rounding over 3 m.
 TEST(SampleWalk, GroundForcesLeaveNothingAtTheRoot) {
   ASSERT_EQ(sample().walk.efforts.residuals.size(), 6u);
   for (const RootResidual& residual : sample().walk.efforts.residuals)
     EXPECT_LT(residual.peak, 1e-9 * sample().mass() * 9.81 * (residual.angle ? 3 : 1)) << residual.coordinate;
 }
 
-// Mean force of a periodic motion = weight: its momentum returns. The trapezoidal sum over a middle stretch
-// of whole frames differs from the cycle (1.0909 s) by linear interpolation at one end, of order 1e-4.
+// The mean force of a periodic motion is the weight, because its momentum returns. The trapezoidal sum over a
+// stretch of whole frames differs from a cycle (1.0909 s) by interpolation at one end, of order 1e-4.
 TEST(SampleWalk, VerticalForceIsPositiveAndItsMeanIsTheWeight) {
   const Eigen::VectorXd force = sample().vertical();
   EXPECT_GT(force.minCoeff(), 0);

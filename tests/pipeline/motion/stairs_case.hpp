@@ -2,8 +2,8 @@
 // data of pyCGM). The phantom, scaled to the person, gives flexion and moments of hips and knees. They are
 // compared with those that the capture system (Vicon Nexus, Plug-in Gait) stored in the file.
 //
-// The file also stores the axes of each bone: A forwards, L to the left, P up. With R = Ry(a) Rx(b) Rz(c) for
-// the rotation of a bone in the one above it, the stored flexion is -a at the hip and a at the knee, to
+// The file also stores the axes of each bone: A forwards, L to the left, P up. If R = Ry(a) Rx(b) Rz(c)
+// rotates a bone relative to the one above it, the stored flexion is -a at the hip and a at the knee, to
 // rounding.
 //
 // Plug-in Gait defines its axes differently. It turns the thighs by 40 degrees about their length, as its own
@@ -66,7 +66,7 @@ class StairsCase {
     if (calibrate) placed = taken(calibrated_markers(placed, file_.markers)).scene;
     const auto fit = taken(fit_placed(placed, file_.markers));
     marker_error = fit.rms();
-    // knees as balls, so that their moments have three components; and the person's mass
+    // knees are balls, so that their moments have three components; the person's mass
     constexpr double person = 85;  // kg, PROCESSING:Bodymass
     const std::vector<double> same(placed.solids.size(), 1);
     scene_ = scaled(placed, same, {MassScaling::Rule::kept, person / total_mass(placed).value()}).scene;
@@ -109,8 +109,8 @@ class StairsCase {
     return stored(joints_[index(joint)].output + "Angles", 1);
   }
 
-  /// Moments that extend hips and knees, N m, about their axis L of the lower bone, while the file counts the
-  /// foot's ground force (it counts one of two steps of each foot).
+  /// Extension moments of hips and knees, N m, about the lower bone's axis L, during the steps whose ground
+  /// force the file has (one of two steps of each foot).
   std::vector<StairsCurve> moments() const {
     const RecordedMotion motion = taken(RecordedMotion::of(system_, positions_, 6));
     const FootLoads loads = taken(loads_on_feet(system_, motion, file_.forces, feet_of(system_)));

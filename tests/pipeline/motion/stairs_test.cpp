@@ -1,4 +1,5 @@
-// A stair: flexion against the capture system's (stairs_case.hpp); the phantom goes down it on the right steps.
+// A walk down a stair: flexion against the capture system's (stairs_case.hpp), and the phantom's feet on the
+// steps.
 #include <filesystem>
 
 #include "pipeline/motion/captured_motion.hpp"
@@ -17,9 +18,9 @@ class Stairs : public testing::Test {
   const std::string folder_ = shared_folder() + "/motion/";
 };
 
-// 0.8 to 1.9 degrees RMS (tests/bench/stairs); the project asks for 2. With the markers where the standing
-// trial puts them, 19 mm from where the motion has them, it is 1.5 to 3.8.
-TEST_F(Stairs, HipsAndKneesFlexAsTheCaptureSystemSays) {
+// 0.8 to 1.9 degrees RMS (tests/bench/stairs); the project asks for 2. With markers placed by the standing
+// trial alone, 19 mm off, it is 1.5 to 3.8.
+TEST_F(Stairs, HipAndKneeFlexionMatchesTheCaptureSystem) {
   const StairsCase stairs(folder_, true);
   EXPECT_LT(stairs.marker_error, 0.004);
   for (const StairsCurve& curve : stairs.flexions()) {
@@ -48,7 +49,7 @@ TEST_F(Stairs, PhantomsFeetStandOnStepsOfItsOwnSize) {
                                       {.other_person = true, .calibrate = true, .recorded_mass = 85});
   ASSERT_TRUE(motion) << motion.error().message();
   EXPECT_EQ(motion->loads.size(), 4U);
-  std::map<char, double> height;  // by the plate's number: the middle of the heights where the ground pushes
+  std::map<char, double> height;  // per plate: the middle height of the ground's force
   for (const ExternalLoad& load : motion->loads) {
     std::vector<double> heights;
     for (Eigen::Index i = 0; i < load.measured.force.cols(); ++i)
@@ -63,7 +64,7 @@ TEST_F(Stairs, PhantomsFeetStandOnStepsOfItsOwnSize) {
   EXPECT_NEAR(height['4'] - height['3'], ratio * 0.195, 0.03);
 }
 
-TEST(BodyMarkers, BonesOfPlugInGaitAreNoMarkers) {
+TEST(BodyMarkers, IgnoresBonesOfPlugInGait) {
   const Phantom phantom = build_phantom({}).value();
   const Scene body = still_body(exact_parts(phantom), phantom.landmarks);
   // LFEL alone would be the lateral epicondyle of the left femur

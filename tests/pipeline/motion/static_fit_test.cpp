@@ -1,4 +1,4 @@
-// Scaled models against trials that were made from models of known sizes, and against OpenSim's static trial.
+// Scaled models: trials made from models of known sizes, and OpenSim's static trial.
 #include "pipeline/motion/static_fit.hpp"
 
 #include <gtest/gtest.h>
@@ -42,7 +42,7 @@ TEST(ScaledScene, OneFactorScalesPlacesMassesAndTensors) {
   const double s = 1.1;
   const Scene larger = scaled(scene, std::vector<double>(scene.solids.size(), s), {}).scene;
   EXPECT_NEAR(need(total_mass(larger)), s * s * s * need(total_mass(scene)), 1e-9);
-  // every marker is s times as far from its solid's neighbours: distances between markers grow by s
+  // distances between markers grow by s
   const Matrix3Xd before = trial_of(scene, {0}).frames[0], after = trial_of(larger, {0}).frames[0];
   for (Eigen::Index m = 1; m < before.cols(); ++m)
     EXPECT_NEAR((after.col(m) - after.col(0)).norm(), s * (before.col(m) - before.col(0)).norm(), 1e-12);
@@ -88,7 +88,7 @@ TEST(StaticFit, FindsTheFactorsOfSegments) {
   const StaticFit fit = need(fit_static(scene, trial_of(scaled(scene, factors, {}).scene, {0.1}), request));
   for (std::size_t i = 0; i < factors.size(); ++i)
     if (scene.solids[i].name.starts_with("tibia") || scene.solids[i].name.starts_with("femur")) {
-      // the prior of 10 % draws a factor by a few thousandths where markers leave it room
+      // the prior of 10 % moves a factor by a few thousandths if markers hardly determine it
       EXPECT_NEAR(fit.factors[i], factors[i], 0.02) << scene.solids[i].name;
     }
   EXPECT_LT(fit.rms_after, 0.002);
@@ -97,14 +97,15 @@ TEST(StaticFit, FindsTheFactorsOfSegments) {
 TEST(StaticFit, PutsTheMarkersWhereTheTrialShowsThem) {
   const Scene scene = gait();
   const Recording trial = need(read_recording(shared_folder() + "/motion/gait10dof/subject01_static.trc"));
-  // (one factor: this model moves in a plane, and the person's feet stand apart, which segments would stretch for)
+  // one factor: this model moves in a plane, and separate factors would stretch segments to reach the feet,
+  // which stand apart
   StaticFitRequest request;
   request.mass = 72.6;
   request.per_segment = false;
   const StaticFit fit = need(fit_static(scene, trial.markers, request));
   EXPECT_LT(fit.rms_after, fit.rms_before);
   EXPECT_NEAR(need(total_mass(fit.scene)), 72.6, 1e-9);
-  // the model is this person's already
+  // the model already fits this person
   for (std::size_t i = 0; i < fit.factors.size(); ++i)
     EXPECT_NEAR(fit.factors[i], 1, 0.12) << scene.solids[i].name;
   const StaticFit again = need(fit_static(fit.scene, trial.markers, {}));

@@ -1,4 +1,4 @@
-// BVH files: a real one, files written by hand in the odd layouts that are about, and what must be refused.
+// BVH files: a real one, hand-written files in unusual layouts, and refusals.
 #include "pipeline/recordings/bvh_file.hpp"
 
 #include <gtest/gtest.h>
@@ -44,7 +44,7 @@ void expect_same_bvh(const BvhMotion& a, const BvhMotion& b) {
   EXPECT_EQ(a.values, b.values);
 }
 
-TEST(BvhFile, AWalkHoldsWhatAnotherProgramReads) {
+TEST(BvhFile, WalkMatchesAnotherReader) {
   const std::string file = test::shared_folder() + "/motion/walk1.bvh";
   if (!std::filesystem::exists(file)) GTEST_SKIP() << file << " is not there";
   const auto motion = read_bvh(file);
@@ -65,7 +65,7 @@ TEST(BvhFile, AWalkHoldsWhatAnotherProgramReads) {
   EXPECT_EQ(bvh_text(*again, file).value(), *text);
 }
 
-TEST(BvhFile, TheHierarchyIsReadAsItStands) {
+TEST(BvhFile, ReadsTheHierarchy) {
   const auto motion = parse_bvh(bvh_arm, "a.bvh");
   ASSERT_TRUE(motion) << motion.error().message();
   ASSERT_EQ(motion->joints.size(), 3U);
@@ -114,7 +114,7 @@ TEST(BvhFile, SeveralRootsAndJointsWithoutChannelsAreRead) {
   EXPECT_EQ(motion->joints[2].offset, Eigen::Vector3d(4, 5, 6));
 }
 
-TEST(BvhFile, MissingRowsAreSaid) {
+TEST(BvhFile, WarnsOfMissingRows) {
   const auto fewer = parse_bvh(with(bvh_arm, "Frames: 2", "Frames: 200"), "a.bvh");
   ASSERT_TRUE(fewer);
   EXPECT_EQ(fewer->values.rows(), 2);
@@ -174,7 +174,7 @@ TEST(BvhFile, AChainOfJointsAsDeepAsTheLimitIsReadAndWritten) {
             std::string::npos);
 }
 
-TEST(BvhFile, AMotionThatDoesNotFitItselfIsNotWritten) {
+TEST(BvhFile, RefusesToWriteAnInconsistentMotion) {
   BvhMotion motion = parse_bvh(bvh_arm, "a.bvh").value();
   BvhMotion bad = motion;
   bad.joints[1].parent = 1;

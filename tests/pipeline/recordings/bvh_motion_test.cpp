@@ -1,5 +1,5 @@
-// Joint poses of BVH files against rotations worked out by hand and against another program (Python with
-// NumPy: 4 by 4 matrices, one per channel, multiplied from left to right).
+// Joint poses of BVH files against rotations by hand and against Python with NumPy (4 by 4 matrices, one per
+// channel, multiplied from left to right).
 #include "pipeline/recordings/bvh_motion.hpp"
 
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@ BvhMotion bvh_of(const std::string& root, const std::string& joint, const std::s
   return motion.value_or(BvhMotion{});
 }
 
-TEST(BvhMotion, AWalksJointsAreWhereAnotherProgramPutsThem) {
+TEST(BvhMotion, JointsOfAWalkMatchAnotherProgram) {
   const std::string file = test::shared_folder() + "/motion/walk1.bvh";
   if (!std::filesystem::exists(file)) GTEST_SKIP() << file << " is not there";
   const auto motion = read_bvh(file);
@@ -48,7 +48,7 @@ TEST(BvhMotion, AWalksJointsAreWhereAnotherProgramPutsThem) {
                   {13, "Foot_R", {-1.013224266343, 0.937440850073, 1.916268928538}}};
   for (const auto& [frame, joint, place] : expected) {
     const auto at = std::find(markers->names.begin(), markers->names.end(), joint) - markers->names.begin();
-    EXPECT_LT((markers->frames[frame].col(at) - 0.1 * place).norm(), 1e-12) << joint;  // 12 decimals given
+    EXPECT_LT((markers->frames[frame].col(at) - 0.1 * place).norm(), 1e-12) << joint;  // 12 decimals
   }
   // MakeHuman's body is 1.64 m from soles to crown in decimetres
   EXPECT_EQ(guessed_bvh_unit(*motion), 0.1);
@@ -101,18 +101,18 @@ TEST(BvhMotion, AJointsOwnRotationDoesNotMoveIt) {
   EXPECT_LT((poses[1].p - Vector3d(11, 27, 33)).norm(), 1e-14);
 }
 
-TEST(BvhMotion, PositionsAddToTheOffsetOrReplaceItAsTheDataSay) {
+TEST(BvhMotion, DataDecideWhetherPositionsReplaceTheOffset) {
   const std::string positions = " CHANNELS 3 Xposition Yposition Zposition";
   // deviations from the offset, as in Biovision's definition
   const auto added = bvh_of("OFFSET 0 95 0" + positions, "OFFSET 10 0 0" + positions, "3 -2 1 0.5 0 0.25");
   EXPECT_FALSE(replaces_offset(added, 0));
   EXPECT_EQ(bvh_poses(added, 0)[1].p, Vector3d(13.5, 93, 1.25));
-  // the whole place in the parent
+  // the full position in the parent
   const auto whole = bvh_of("OFFSET 0 95 0" + positions, "OFFSET 10 0 0" + positions, "3 93 1 10.5 0 0.25");
   EXPECT_TRUE(replaces_offset(whole, 0));
   EXPECT_TRUE(replaces_offset(whole, 1));
   EXPECT_EQ(bvh_poses(whole, 0)[1].p, Vector3d(13.5, 93, 1.25));
-  // and as told
+  // and if the caller says so
   EXPECT_EQ(bvh_poses(whole, 0, BvhPositions::added)[0].p, Vector3d(3, 188, 1));
   EXPECT_EQ(bvh_poses(added, 0, BvhPositions::replaced)[0].p, Vector3d(3, -2, 1));
   // an axis without a channel keeps its offset

@@ -44,7 +44,7 @@ TEST(C3dEvents, HeaderCountsFromTheFirstFrameAndTheGroupFromFrameOne) {
   }
 }
 
-TEST(C3dEvents, EventInBothPlacesComesOnce) {
+TEST(C3dEvents, EventInHeaderAndGroupIsReadOnce) {
   C3dWriter writer = hundred_frames(C3dWriter::intel);
   writer.header_events = {{0.5, "RHS"}};
   writer.integer("EVENT:USED", 1);
@@ -55,7 +55,7 @@ TEST(C3dEvents, EventInBothPlacesComesOnce) {
   EXPECT_EQ(events[0].label, "Foot Strike");
 }
 
-TEST(C3dEvents, CountThatTheTimesDoNotHoldIsNamed) {
+TEST(C3dEvents, WarnsOfACountLargerThanTheTimes) {
   C3dWriter writer = hundred_frames(C3dWriter::intel);
   writer.integer("EVENT:USED", 30000);
   writer.reals("EVENT:TIMES", {0, 1.0, 0, 1.2}, {2, 2});

@@ -43,7 +43,7 @@ C3dWriter two_markers_and_an_angle(C3dWriter::Processor processor, bool real) {
 
 class C3dFileOf : public testing::TestWithParam<std::tuple<C3dWriter::Processor, bool>> {};
 
-TEST_P(C3dFileOf, ValuesPutInComeBack) {
+TEST_P(C3dFileOf, ValuesRoundTrip) {
   const auto [processor, real] = GetParam();
   const C3dFile file = read_c3d_bytes(two_markers_and_an_angle(processor, real).bytes()).value();
   EXPECT_TRUE(file.warnings.empty()) << file.warnings[0];
@@ -52,7 +52,7 @@ TEST_P(C3dFileOf, ValuesPutInComeBack) {
   for (int i = 0; i < 4; ++i) {
     EXPECT_DOUBLE_EQ(file.markers.times[static_cast<std::size_t>(i)], (10 + i) / 100.0);
     const auto& frame = file.markers.frames[static_cast<std::size_t>(i)];
-    // 1500.25 mm is a whole number of 0.05 mm; rounding of 24 bits elsewhere
+    // 1500.25 mm is a multiple of 0.05 mm; otherwise rounding of 24 bits
     EXPECT_LT((frame.col(0) - Vector3d(0.1 + i * 0.001, -0.2, 1.50025)).norm(), 1e-7);
     if (i == 2)
       EXPECT_TRUE(frame.col(1).array().isNaN().all()) << "a gap is NaN, never zero";
@@ -231,7 +231,7 @@ TEST(C3dFile, UpIsTheAxisOfTheScreensY) {
   EXPECT_FALSE(read_c3d_bytes(writer.bytes())->markers.up);
 }
 
-TEST(C3dFile, WhatIsNoC3dIsRefusedInWords) {
+TEST(C3dFile, RefusesFilesThatAreNotC3d) {
   const auto refusal = [](const std::string& bytes) {
     const auto file = read_c3d_bytes(bytes);
     return file ? std::string("read") : file.error().what;

@@ -121,7 +121,7 @@ TEST(C3dLayout, LongRecordingsAreCountedByTheirOwnParameters) {
     w.integers("TRIAL:ACTUAL_START_FIELD", {2, 0}, {2});
     w.integers("TRIAL:ACTUAL_END_FIELD", {70001 - 65536, 1}, {2});
   };
-  for (const int counted : {65535, frames - 65536}) {  // as the guide says, and as some programs do
+  for (const int counted : {65535, frames - 65536}) {  // as in the guide, and as some programs write
     const auto layout =
         layout_of(with([&](C3dWriter& w) { trial(w), w.integer("POINT:FRAMES", counted); }), warnings);
     EXPECT_EQ(layout->frames, frames);
@@ -133,7 +133,7 @@ TEST(C3dLayout, LongRecordingsAreCountedByTheirOwnParameters) {
   EXPECT_EQ(layout_of(with([](C3dWriter& w) { w.integer("POINT:FRAMES", 40000); }), warnings)->frames, 40000);
 }
 
-TEST(C3dLayout, CountsThatDoNotFitAreRefusedInWords) {
+TEST(C3dLayout, RefusesCountsThatDoNotFit) {
   const auto refusal = [](const C3dWriter& writer, std::size_t cut = 0) {
     std::vector<std::string> warnings;
     const auto layout = layout_of(writer, warnings, cut);

@@ -47,7 +47,7 @@ TEST(C3dNumbers, VaxNumbersAreThoseOfPublishedBytes) {
   for (const auto& [bytes, value] : published)
     EXPECT_NEAR(c3d_real(bytes.data(), C3dProcessor::dec), value, std::abs(value) * 6e-8) << value;
   EXPECT_EQ(c3d_real(raw({0, 0, 0, 0}).data(), C3dProcessor::dec), 0);
-  EXPECT_EQ(c3d_real(raw({0x7f, 0, 1, 2}).data(), C3dProcessor::dec), 0);  // exponent 0: a dirty zero
+  EXPECT_EQ(c3d_real(raw({0x7f, 0, 1, 2}).data(), C3dProcessor::dec), 0);             // exponent 0: zero
   EXPECT_TRUE(std::isnan(c3d_real(raw({0, 0x80, 0, 0}).data(), C3dProcessor::dec)));  // reserved operand
 }
 

@@ -22,7 +22,7 @@ C3dParameters parameters_of(const C3dWriter& writer, std::vector<std::string>& w
 
 class C3dParametersOf : public testing::TestWithParam<C3dWriter::Processor> {};
 
-TEST_P(C3dParametersOf, EveryTypeAndDimensionComesBack) {
+TEST_P(C3dParametersOf, EveryTypeAndDimensionRoundTrips) {
   for (const bool locked : {false, true})
     for (const std::string order : {"first", "last"}) {
       C3dWriter writer;
@@ -75,7 +75,7 @@ TEST(C3dParameters, CountsAreUnsigned) {
   EXPECT_FALSE(read.count("POINT", "LESS"));
 }
 
-TEST(C3dParameters, WhatCannotBeReadIsLeftOutAndNamed) {
+TEST(C3dParameters, LeavesOutUnreadableParametersWithAWarning) {
   C3dWriter writer;
   writer.add("POINT:STRANGE", 3, {}, "abc");
   writer.add("POINT:EIGHT", 2, {1, 1, 1, 1, 1, 1, 1, 1}, "ab");
@@ -108,7 +108,7 @@ TEST(C3dParameters, GarbageBehindTheSectionIsNoParameter) {
   writer.integer("POINT:USED", 3);
   std::string bytes = writer.bytes();
   const auto end = bytes.find("DATA_START") + std::string("DATA_START").size();
-  bytes[end] = 30;  // the next record is said to be further on, where bytes without sense stand
+  bytes[end] = 30;  // points to the next record at meaningless bytes
   bytes.replace(end + 30, 6, "\x03\x02\x01\x07\x05\x01");
   std::vector<std::string> warnings;
   const auto read = read_c3d_parameters(bytes, 512, 1024, C3dProcessor::intel, "a.c3d", warnings);

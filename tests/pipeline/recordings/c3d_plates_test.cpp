@@ -15,14 +15,14 @@ using Eigen::Vector3d;
 using test::C3dWriter;
 using test::has_warning;
 
-// A plate of 400 by 600 mm around (1000, 500, 0) mm whose x axis is the laboratory's y, z down. On it, 100 mm along
-// its x from the centre, a foot of 800 N that twists with 2 N m about the laboratory's z.
+// A plate of 400 by 600 mm around (1000, 500, 0) mm whose x axis is the laboratory's y, z down. On it, 100 mm
+// along its x from the centre, a foot of 800 N that twists with 2 N m about the laboratory's z.
 constexpr double force_n = 800, arm_mm = 100, twist_nm = 2;
 const std::vector<double> corners_mm = {1300, 700, 0, 1300, 300, 0, 700, 300, 0, 700, 700, 0};
 
 struct PlateFile {
   int type = 2;
-  std::vector<double> channels;  // as they shall be read: N, N mm or N m, mm
+  std::vector<double> channels;  // values to be read: N, N mm or N m, mm
   std::vector<double> origin{0, 0, -40};
   std::vector<std::string> units{"N", "N", "N", "Nmm", "Nmm", "Nmm"};
   std::vector<double> matrix;
@@ -106,7 +106,7 @@ TEST(C3dPlates, TypeThreeHasEightChannels) {
   plate.type = 3;
   const double a = 150, b = 240;
   plate.origin = {a, b, -40};
-  // x of the point: a (Fz1 + Fz4 - Fz2 - Fz3) / Fz; the twist by two opposite forces along x
+  // x of the point: a (Fz1 + Fz4 - Fz2 - Fz3) / Fz; the twist comes from two opposite forces along x
   const double near = -force_n / 4 * (1 + arm_mm / a), far = -force_n / 4 * (1 - arm_mm / a);
   const double couple = 1000 * twist_nm / (2 * b);
   plate.channels = {couple, -couple, 0, 0, near, far, far, near};
@@ -159,7 +159,7 @@ TEST(C3dPlates, ZeroFramesGiveTheBaseline) {
   }
 }
 
-TEST(C3dPlates, UpThatTheMarkersContradictIsTurnedRound) {
+TEST(C3dPlates, ReversesAnUpThatTheMarkersContradict) {
   PlateFile plate;
   plate.channels = six_channels();
   C3dWriter writer = writer_of(plate);
@@ -174,7 +174,7 @@ TEST(C3dPlates, UpThatTheMarkersContradictIsTurnedRound) {
   expect_the_foot(file);
 }
 
-TEST(C3dPlates, PlatesThatCannotBeReadAreLeftOutAndNamed) {
+TEST(C3dPlates, LeavesOutUnreadablePlatesWithAWarning) {
   PlateFile plate;
   plate.channels = six_channels();
   const auto reason = [&](const std::string& name, const std::function<void(C3dWriter&)>& add) {

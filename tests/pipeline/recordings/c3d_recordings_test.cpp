@@ -1,6 +1,6 @@
 // Two recordings of a stair with four plates (Vicon Nexus, Plug-in Gait; public sample data of pyCGM, files
-// Static_trial.c3d and Movement_trial.c3d). Expected values: points, outputs and channels as a reader of 60 lines of
-// NumPy prints them, which shares nothing with this one; forces as ezc3d's module ForcePlatforms gives them.
+// Static_trial.c3d and Movement_trial.c3d). Expected values: points, outputs and channels from an independent
+// reader of 60 lines in NumPy, and forces from ezc3d's module ForcePlatforms.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -43,7 +43,7 @@ class C3dRecording : public testing::Test {
   const std::string folder_ = test::shared_folder() + "/motion/";
 };
 
-TEST_F(C3dRecording, StandingTrialHoldsWhatAnotherReaderFinds) {
+TEST_F(C3dRecording, StandingTrialMatchesAnotherReader) {
   const C3dFile file = read("Static_trial.c3d");
   EXPECT_EQ(file.markers.frames.size(), 498);
   EXPECT_EQ(file.markers.names.size(), 153);
@@ -70,7 +70,7 @@ TEST_F(C3dRecording, StandingTrialHoldsWhatAnotherReaderFinds) {
   EXPECT_TRUE(test::has_warning(file.warnings, "ORIGIN of force plate 1 has the wrong sign"));
 }
 
-TEST_F(C3dRecording, WalkDownTheStairHoldsWhatAnotherReaderFinds) {
+TEST_F(C3dRecording, WalkDownTheStairMatchesAnotherReader) {
   const C3dFile file = read("Movement_trial.c3d");
   EXPECT_EQ(file.markers.frames.size(), 323);
   EXPECT_EQ(file.markers.names.size(), 159);
@@ -131,9 +131,9 @@ TEST_F(C3dRecording, ForcesPointsAndFreeMomentsAreThoseOfEzc3d) {
   }
 }
 
-// Plug-in Gait stores the ground reaction of each foot in N per kg of body mass. The right foot stands alone on the
-// highest plate in frames 62 to 109, the left one on the lowest in 262 to 299. Vicon filters: 10 N.
-TEST_F(C3dRecording, PlatesGiveTheGroundReactionThatTheModelOfViconFound) {
+// Plug-in Gait stores the ground reaction of each foot in N per kg of body mass. The right foot stands alone
+// on the highest plate in frames 62 to 109, the left one on the lowest in 262 to 299. Vicon filters: 10 N.
+TEST_F(C3dRecording, PlatesMatchTheGroundReactionOfViconsModel) {
   const C3dFile file = read("Movement_trial.c3d");
   const auto deviation = [&](const std::string& name, std::size_t plate, long from, long to) {
     double sum = 0;
@@ -146,8 +146,8 @@ TEST_F(C3dRecording, PlatesGiveTheGroundReactionThatTheModelOfViconFound) {
   EXPECT_LT(deviation("LGroundReactionForce", 0, 262, 300), 10);
 }
 
-// Newton: mean vertical force = m (g + change of the mass centre's velocity / time). The plates' noise of four times
-// 5 to 10 N and the mass that someone typed in leave 8 %.
+// Newton: mean vertical force = m (g + change of the mass centre's velocity / time). The noise of four
+// plates, 5 to 10 N each, and the typed-in mass allow for 8 %.
 TEST_F(C3dRecording, PlatesCarryTheBodyOnTheStair) {
   const C3dFile file = read("Movement_trial.c3d");
   const auto velocity = [&](std::size_t frame) {

@@ -1,4 +1,4 @@
-// Reads the bytes of a C3D file through a file of its own.
+// Reads the bytes of a C3D file through a temporary file.
 #pragma once
 
 #include <filesystem>

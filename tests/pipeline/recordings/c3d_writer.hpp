@@ -1,5 +1,5 @@
-// Writes small C3D files for tests: all processors, integers and floating-point numbers, any parameters. Written from
-// the user guide (www.c3d.org) and shares no code with the reader.
+// Writes small C3D files for tests: all processors, integers and floating-point numbers, any parameters.
+// Written from the user guide (www.c3d.org) and shares no code with the reader.
 #pragma once
 
 #include <array>
@@ -29,7 +29,7 @@ struct C3dWriter {
   std::vector<std::vector<Point>> frames;    ///< one list of points per frame
   std::vector<std::vector<double>> numbers;  ///< per analog sample one stored number per channel
   std::vector<std::pair<double, std::string>> header_events;
-  std::string group_order = "first";  ///< or "last": all groups behind all parameters
+  std::string group_order = "first";  ///< "last": all groups after all parameters
   bool locked = false;                ///< names of negative length
   int parameter_block = 2;            ///< where the parameter section starts
   std::optional<int> header_points, header_frames, counted_blocks;
@@ -63,7 +63,7 @@ struct C3dWriter {
   }
   void real_number(const std::string& name, double value) { reals(name, {value}, {}); }
 
-  /// The parameters that every file has, by the counts above.
+  /// Adds the parameters that every file has, from the counts above.
   void usual_parameters(const std::vector<std::string>& labels, const std::string& unit = "mm") {
     integer("POINT:USED", static_cast<int>(labels.size()));
     integer("POINT:FRAMES", static_cast<int>(frames.size()));

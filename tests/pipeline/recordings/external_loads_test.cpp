@@ -1,5 +1,5 @@
-// External loads against OpenSim's example of a walk, and files written by hand from the description of
-// OpenSim's ExternalForce.
+// External loads: OpenSim's example of a walk, and hand-written files after the description of OpenSim's
+// ExternalForce.
 #include "pipeline/recordings/external_loads.hpp"
 
 #include <gtest/gtest.h>
@@ -41,7 +41,7 @@ std::string loads_error(const std::string& xml) {
 const std::string force_and_point =
     "<force_identifier>f_v</force_identifier><point_identifier>f_p</point_identifier>";
 
-TEST(ExternalLoads, AWalkHoldsTheColumnsOfItsTable) {
+TEST(ExternalLoads, WalkHasTheColumnsOfItsTable) {
   const std::string folder = test::shared_folder() + "/motion/gait10dof/";
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is not there";
   const auto loads = read_external_loads(folder + "subject01_walk_grf.xml");
@@ -58,7 +58,7 @@ TEST(ExternalLoads, AWalkHoldsTheColumnsOfItsTable) {
   EXPECT_EQ(right.force_body, "ground");
   EXPECT_EQ(right.point_body, "ground");
   ASSERT_EQ(right.measured.times.size(), 1501U);
-  // the table's first row, as it stands in the file
+  // the table's first row in the file
   EXPECT_EQ(right.measured.force.col(0), Eigen::Vector3d(101.5119767, 745.4661142, -47.44870554));
   EXPECT_EQ(right.measured.point.col(0), Eigen::Vector3d(0.37898285, -0.0075, 0.12774652));
   EXPECT_EQ(left.measured.force.col(0), Eigen::Vector3d(17.26938127, 20.49185173, -7.46930128));
@@ -76,7 +76,7 @@ TEST(ExternalLoads, TheRootMayBeTheLoadsThemselves) {
   EXPECT_EQ(loads->loads[0].measured.moment, (Eigen::Matrix3Xd::Zero(3, 2)));
 }
 
-TEST(ExternalLoads, PathsOfComponentsAreTheirNames) {
+TEST(ExternalLoads, PathsAreReducedToNames) {
   const TestFolder folder;
   const auto loads = loads_in(
       folder, loads_xml("<ExternalForce name=\"a\"><applied_to_body>/bodyset/calcn_l</applied_to_body>"
@@ -100,7 +100,7 @@ TEST(ExternalLoads, AForceWithoutAPointActsAtTheBodysOrigin) {
   EXPECT_EQ(loads->loads[0].force_body, "ground");
 }
 
-TEST(ExternalLoads, LoadsThatDoNotActAreNamedApart) {
+TEST(ExternalLoads, DisabledLoadsAreListedSeparately) {
   for (const std::string off : {"<isDisabled> true </isDisabled>", "<appliesForce>false</appliesForce>"}) {
     const TestFolder folder;
     const auto loads = loads_in(folder, loads_xml(force_xml(off + force_and_point)));
@@ -122,9 +122,9 @@ TEST(ExternalLoads, IdentifiersFindThreeColumnsInTheOrderOfTheirEndings) {
   };
   using Indices = std::vector<Eigen::Index>;
   EXPECT_EQ(columns("f"), (Indices{1, 0, 2}));
-  EXPECT_EQ(columns("g"), (Indices{4, 5, 3}));  // four begin so; three have an axis after a dot
+  EXPECT_EQ(columns("g"), (Indices{4, 5, 3}));  // four columns begin so; three have an axis after a dot
   EXPECT_EQ(columns("g."), (Indices{4, 5, 3}));
-  EXPECT_EQ(columns("h"), (Indices{7, 8, 9}));  // as they stand
+  EXPECT_EQ(columns("h"), (Indices{7, 8, 9}));  // in the file's order
   EXPECT_FALSE(identified_columns(table, "h", "")->in_order);
   EXPECT_EQ(columns("k"), (Indices{12, 13, 14}));
   EXPECT_EQ(identified_columns(table, "i", "a.xml:1").error().message(),
@@ -133,7 +133,7 @@ TEST(ExternalLoads, IdentifiersFindThreeColumnsInTheOrderOfTheirEndings) {
             "a.xml:1: the identifier 'q' finds 0 columns of the table, expected three");
 }
 
-TEST(ExternalLoads, WhatIsNotReadIsListed) {
+TEST(ExternalLoads, ListsWhatIsNotRead) {
   const TestFolder folder;
   const auto loads = loads_in(folder, loads_xml(force_xml(force_and_point + "<gain>2</gain><note/>")));
   ASSERT_TRUE(loads) << loads.error().message();

@@ -28,7 +28,7 @@ ForcePlate turned_plate(int type) {
 }
 
 struct Wrench {
-  Vector3d force, point, free_moment;  // in the laboratory: what the ground does to the body
+  Vector3d force, point, free_moment;  // in laboratory axes: the ground's action on the body
 };
 
 // A foot on the plate: 700 N up, friction, and a twist about the normal.
@@ -68,7 +68,7 @@ TEST(ForcePlate, SixChannelsGiveForcePointAndFreeMoment) {
   }
 }
 
-// Four sensors that each feel a force of their own: the sum of the forces and of their moments must come out.
+// Four sensors with separate forces: the result must be the sum of the forces and of their moments.
 TEST(ForcePlate, EightChannelsOfFourSensorsKeepTheWrench) {
   ForcePlate plate = turned_plate(3);
   const double a = 0.21, b = 0.13, depth = 0.05;
@@ -77,7 +77,7 @@ TEST(ForcePlate, EightChannelsOfFourSensorsKeepTheWrench) {
   const Vector3d felt[] = {{10, -3, -150}, {-4, 8, -260}, {12, 5, -90}, {-7, -2, -210}};
   Vector3d sum = Vector3d::Zero(), moment = Vector3d::Zero();
   for (int i = 0; i < 4; ++i) sum += felt[i], moment += sensors[i].cross(felt[i]);
-  // pairs share a channel only where their arm is one: x by y, y by x
+  // sensor pairs share a channel only if their arm is equal: x by y, y by x
   plate.channels.resize(8, 1);
   plate.channels << felt[0].x() + felt[1].x(), felt[2].x() + felt[3].x(), felt[0].y() + felt[3].y(),
       felt[1].y() + felt[2].y(), felt[0].z(), felt[1].z(), felt[2].z(), felt[3].z();
@@ -103,7 +103,7 @@ TEST(ForcePlate, EightChannelsOfFourSensorsKeepTheWrench) {
   EXPECT_TRUE(test::has_warning(warnings, "does not tell where its sensors are"));
 }
 
-TEST(ForcePlate, OriginOfTheWrongSignIsTurnedRound) {
+TEST(ForcePlate, ReversesAnOriginOfTheWrongSign) {
   ForcePlate plate = turned_plate(2);
   plate.origin = Vector3d(0.002, -0.001, -0.04);
   plate.channels = channels_of(plate, foot());
@@ -115,11 +115,11 @@ TEST(ForcePlate, OriginOfTheWrongSignIsTurnedRound) {
   EXPECT_NE(warnings[0].find("ORIGIN of force plate 1 has the wrong sign"), std::string::npos);
 }
 
-TEST(ForcePlate, WhatTheBodyDoesToThePlateIsTurnedIntoWhatTheGroundDoes) {
+TEST(ForcePlate, ConvertsTheActionOnThePlateToTheGroundReaction) {
   for (const int type : {1, 2}) {
     ForcePlate plate = turned_plate(type);
     plate.channels = -channels_of(plate, foot());
-    if (type == 1) plate.channels.middleRows(3, 2) *= -1;  // a point has no opposite
+    if (type == 1) plate.channels.middleRows(3, 2) *= -1;  // a point is not negated
     std::vector<std::string> warnings;
     expect_foot(measured_force(plate, {0}, Vector3d::UnitZ(), warnings).value(), foot());
     EXPECT_TRUE(test::has_warning(warnings, "what the body does to the plate"));
@@ -128,7 +128,7 @@ TEST(ForcePlate, WhatTheBodyDoesToThePlateIsTurnedIntoWhatTheGroundDoes) {
 
 TEST(ForcePlate, PlateWhoseAxisPointsUpIsReadByItsCorners) {
   ForcePlate plate = turned_plate(2);
-  plate.corners.col(1).swap(plate.corners.col(3));  // x and y change places: z points up
+  plate.corners.col(1).swap(plate.corners.col(3));  // swaps x and y, so z points up
   plate.origin = Vector3d(0, 0, 0.03);
   plate.channels = channels_of(plate, foot());
   std::vector<std::string> warnings;
@@ -151,7 +151,7 @@ TEST(ForcePlate, PointAndMomentAreNaNBelowTwentyNewtons) {
   EXPECT_LT((out.point.col(1) - foot().point).norm(), 1e-9);
 }
 
-TEST(ForcePlate, BaselineOfAnUnloadedPlateIsTakenOff) {
+TEST(ForcePlate, SubtractsTheBaselineOfAnUnloadedPlate) {
   ForcePlate plate = turned_plate(2);
   const Eigen::VectorXd offset = (Eigen::VectorXd(6) << 5, -7, 12, 0.5, -0.4, 0.3).finished();
   plate.channels.resize(6, 20);
@@ -165,7 +165,7 @@ TEST(ForcePlate, BaselineOfAnUnloadedPlateIsTakenOff) {
   expect_foot(out, foot(), 15);
   EXPECT_TRUE(warnings.empty());
 
-  plate.unloaded = {11, 15};  // someone stands there
+  plate.unloaded = {11, 15};  // someone stands on the plate then
   const MeasuredForce loaded = measured_force(plate, times, Vector3d::UnitZ(), warnings).value();
   EXPECT_NEAR(loaded.force(2, 15), 700 - 12, 1e-9);
   EXPECT_TRUE(test::has_warning(warnings, "carries 688 N"));
@@ -195,7 +195,7 @@ TEST(ForcePlate, SamplesThatAreNotFiniteStayOutOfThePoint) {
   EXPECT_TRUE(std::isnan(out.point(0, 1)));
 }
 
-TEST(ForcePlate, CornersThatAreNoRectangleAreRefusedInWords) {
+TEST(ForcePlate, RefusesCornersThatAreNoRectangle) {
   const auto refused = [](const ForcePlate& plate, const std::string& words) {
     const auto axes = plate_axes(plate);
     ASSERT_FALSE(axes);

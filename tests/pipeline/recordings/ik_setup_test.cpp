@@ -1,4 +1,4 @@
-// Set-ups of OpenSim's inverse kinematics and inverse dynamics: its own example, and files written by hand.
+// Set-ups of OpenSim's inverse kinematics and inverse dynamics: its own example and hand-written files.
 #include "pipeline/recordings/ik_setup.hpp"
 
 #include <gtest/gtest.h>
@@ -45,7 +45,7 @@ TEST(InverseKinematicsSetup, TheSetupOfAWalkIsReadWhole) {
   EXPECT_TRUE(setup->report_errors);
   EXPECT_FALSE(setup->report_marker_locations);
   EXPECT_TRUE(setup->coordinates.empty());
-  // counted in the file by another program (Python's ElementTree): 39 tasks, 31 applied, weights 51 in all
+  // counted in the file with Python's ElementTree: 39 tasks, 31 applied, sum of weights 51
   EXPECT_EQ(setup->markers.front().marker, "Sternum");
   double weights = 0;
   int applied = 0;
@@ -55,7 +55,7 @@ TEST(InverseKinematicsSetup, TheSetupOfAWalkIsReadWhole) {
   EXPECT_EQ(weights, 51);
 }
 
-TEST(InverseKinematicsSetup, DefaultsAreOpenSims) {
+TEST(InverseKinematicsSetup, DefaultsMatchOpenSim) {
   const TestFolder folder;
   const auto setup = read_ik_setup(
       folder.write("ik.xml",

@@ -6,7 +6,7 @@
 namespace borelli::test::joint_mapping_test {
 namespace {
 
-TEST(JointMapping, TabsEqualSignsAndBlanksPartTheNames) {
+TEST(JointMapping, TabsEqualSignsAndBlanksSeparateTheNames) {
   const auto mapping = parse_joint_mapping(
       "# of a program\njoint\tsegment\nmixamorig:Hips\tlower_trunk\r\nLeft Up Leg = thigh_left\n\n"
       "Right Up Leg   thigh_right\nSpine 1\tmiddle_trunk\n",

@@ -1,5 +1,5 @@
-// OpenSim's tables against numbers that another program (Python with NumPy) read from the same files, and files
-// written by hand in the layouts of OpenSim's and SIMM's own.
+// OpenSim's tables against numbers that Python with NumPy read from the same files, and hand-written files in
+// OpenSim's and SIMM's layouts.
 #include "pipeline/recordings/motion_table_file.hpp"
 
 #include <gtest/gtest.h>
@@ -25,7 +25,7 @@ std::string table_error(const std::string& text, const std::string& file = "a.mo
 
 std::string gait(const std::string& name) { return test::shared_folder() + "/motion/gait10dof/" + name; }
 
-TEST(MotionTableFile, OpenSimsAnswersHoldWhatAnotherProgramReads) {
+TEST(MotionTableFile, OpenSimsResultsMatchAnotherReader) {
   if (!std::filesystem::exists(gait("subject01_walk_IK.mot"))) GTEST_SKIP() << "no shared files";
   const auto angles = read_motion_table(gait("subject01_walk_IK.mot"));
   ASSERT_TRUE(angles) << angles.error().message();
@@ -58,7 +58,7 @@ TEST(MotionTableFile, OpenSimsAnswersHoldWhatAnotherProgramReads) {
   EXPECT_EQ(moments->table.times.front(), -0.0000005);
 }
 
-TEST(MotionTableFile, EveryNumberIsWrittenAndReadBackAsItWas) {
+TEST(MotionTableFile, EveryNumberRoundTrips) {
   MotionTable table;
   table.name = "nRows=3";  // a title that looks like a key
   table.columns = {"a", "/jointset/hip/angle/value"};
@@ -81,7 +81,7 @@ TEST(MotionTableFile, EveryNumberIsWrittenAndReadBackAsItWas) {
   EXPECT_EQ(motion_table_text(again, "out.mot").value(), *text);
 }
 
-TEST(MotionTableFile, TheWrittenHeaderIsThatOfOpenSim) {
+TEST(MotionTableFile, WritesOpenSimsHeader) {
   MotionTable table;
   table.name = "Coordinates", table.columns = {"hip"}, table.times = {0, 0.5}, table.in_degrees = true;
   table.values = Eigen::MatrixXd::Ones(2, 1);
@@ -91,7 +91,7 @@ TEST(MotionTableFile, TheWrittenHeaderIsThatOfOpenSim) {
       "Newtons, ...)\nAngles are in degrees.\n\nendheader\ntime\thip\n0\t1\n0.5\t1\n");
 }
 
-TEST(MotionTableFile, SimmsFilesAreRead) {
+TEST(MotionTableFile, ReadsFilesOfSimm) {
   const std::string body = "endheader\n time\t hip\n 0.0\t 10\n 0.1\t 20\n";
   const MotionTable old = table_in("name walk 1\ndatacolumns 2\ndatarows 2\nrange 0.0 0.1\n" + body, "a.mot");
   EXPECT_EQ(old.name, "walk 1");
@@ -128,7 +128,7 @@ TEST(MotionTableFile, TabsBlanksAndLineEndsDoNotMatter) {
   EXPECT_TRUE(std::isnan(last.values(1, 1)));
 }
 
-TEST(MotionTableFile, WhatIsThereWinsOverTheHeaderAndIsSaid) {
+TEST(MotionTableFile, RowsOverrideTheHeaderWithAWarning) {
   const auto read = parse_motion_table("t\nnRows=9\nnColumns=5\nendheader\ntime a\n0 1\n1 2\n", "a.sto");
   ASSERT_TRUE(read);
   ASSERT_EQ(read->warnings.size(), 2U);
@@ -141,7 +141,7 @@ TEST(MotionTableFile, NamesBetweenTabsMayHoldBlanks) {
   EXPECT_EQ(table.columns, (std::vector<std::string>{"vastus lateralis", "b"}));
 }
 
-TEST(MotionTableFile, OfRowsAtOneTimeTheFirstIsKept) {
+TEST(MotionTableFile, KeepsTheFirstOfRowsAtOneTime) {
   const auto read = parse_motion_table("t\nnRows=4\nendheader\ntime a\n0 1\n1 2\n1 3\n1 4\n", "a.sto");
   ASSERT_TRUE(read) << read.error().message();
   EXPECT_EQ(read->table.times, (std::vector<double>{0, 1}));
@@ -174,7 +174,7 @@ TEST(MotionTableFile, BadFilesAreRefusedWithTheirLine) {
             "a.mot:2: says DataType=Vec3, expected a table of plain numbers (double)");
 }
 
-TEST(MotionTableFile, ATableThatOpenSimWouldMisreadIsNotWritten) {
+TEST(MotionTableFile, RefusesToWriteATableThatOpenSimWouldMisread) {
   MotionTable table;
   table.columns = {"a b"}, table.times = {0}, table.values = Eigen::MatrixXd::Zero(1, 1);
   EXPECT_FALSE(motion_table_text(table, "out.mot"));

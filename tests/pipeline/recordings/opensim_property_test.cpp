@@ -1,4 +1,4 @@
-// Properties of OpenSim's XML files: text, paths and sets as its versions write them.
+// Properties in OpenSim's XML files: text, paths and sets as OpenSim's versions write them.
 #include "pipeline/recordings/opensim_property.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Recordings told apart by their content, and force plates found in tables.
+// Kinds of recordings recognised by their content, and force plates found in tables.
 #include "pipeline/recordings/recording.hpp"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ MotionTable table_with(const std::vector<std::string>& columns) {
   return table;
 }
 
-TEST(Recording, IsToldByItsContent) {
+TEST(Recording, KindIsFoundFromTheContent) {
   const auto trc = read_recording(shared_folder() + "/motion/gait10dof/subject01_walk.trc");
   ASSERT_TRUE(trc);
   EXPECT_EQ(trc->markers.names.size(), 41u);

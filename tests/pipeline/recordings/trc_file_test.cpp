@@ -1,5 +1,5 @@
-// TRC files against numbers that another program (Python with NumPy) read from the same files, and files
-// written by hand in the layouts that OpenSim's own test files have.
+// TRC files against numbers that Python with NumPy read from the same files, and hand-written files in the
+// layouts of OpenSim's test files.
 #include "pipeline/recordings/trc_file.hpp"
 
 #include <gtest/gtest.h>
@@ -38,7 +38,7 @@ std::string trc_error(const std::string& text) {
 
 const std::string two_rows = "1\t0.00\t1\t2\t3\t4\t5\t6\n2\t0.01\t7\t8\t9\t10\t11\t12.5\n";
 
-TEST(TrcFile, AWalkHoldsWhatAnotherProgramReads) {
+TEST(TrcFile, WalkMatchesAnotherReader) {
   const std::string file = test::shared_folder() + "/motion/gait10dof/subject01_walk.trc";
   if (!std::filesystem::exists(file)) GTEST_SKIP() << file << " is not there";
   const auto trc = read_trc(file);
@@ -100,7 +100,7 @@ TEST(TrcFile, GapsAreNotZeros) {
                                  "2\t0.01\t NaN\tnan\t-nan\t4\t5\t6\n"  // words, with blanks
                                  "3\t0.02\t1\t2\t3\n"                   // a row that ends early
                                  "4\t0.03\n"                            // without any marker
-                                 "5\t0.04\t1\t2\t\t4\t5\t6\t\t\n");     // a coordinate lacks; tabs at the end
+                                 "5\t0.04\t1\t2\t\t4\t5\t6\t\t\n");  // a missing coordinate; tabs at the end
   ASSERT_EQ(motion.frames.size(), 5U);
   const auto seen = [&](int frame, int marker) { return motion.frames[frame].col(marker).allFinite(); };
   const auto gap = [&](int frame, int marker) {
@@ -154,7 +154,7 @@ TEST(TrcFile, LayoutsOfOtherProgramsAreRead) {
   EXPECT_EQ(plain.frames[1].col(1), Eigen::Vector3d(0.01, 0.011, 0.0125));
 }
 
-TEST(TrcFile, WhatIsThereWinsOverTheHeaderAndIsSaid) {
+TEST(TrcFile, RowsOverrideTheHeaderWithAWarning) {
   const auto trc = parse_trc(replaced(trc_head, "\t2\t2\tmm", "\t7\t3\tmm") + two_rows, "a.trc");
   ASSERT_TRUE(trc) << trc.error().message();
   EXPECT_EQ(trc->motion.frames.size(), 2U);
@@ -205,7 +205,7 @@ TEST(TrcFile, ALocaleWithCommasChangesNothing) {
   std::setlocale(LC_NUMERIC, before.c_str());
 }
 
-TEST(TrcFile, AMotionThatDoesNotFitItselfIsNotWritten) {
+TEST(TrcFile, RefusesToWriteAnInconsistentMotion) {
   TrcFile trc;
   trc.motion.names = {"A\tB"};
   trc.motion.times = {0};

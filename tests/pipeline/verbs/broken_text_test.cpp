@@ -1,5 +1,5 @@
-// Broken texts for every reader of JSON and TOML: one quick sentence with file and place, without a library's
-// words.
+// Broken texts for every reader of JSON and TOML: one sentence with file and position, without a library's
+// own message, and quickly.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -24,7 +24,7 @@ std::string repeated(const std::string& text, int count) {
   return out;
 }
 
-// The errors of all JSON readers for one text.
+// Errors of all JSON readers for one text.
 std::vector<std::string> said_of_json(const std::string& text) {
   const TestFolder folder;
   const std::string file = folder.write("f.json", text);

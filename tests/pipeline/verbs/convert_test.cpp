@@ -1,4 +1,4 @@
-// borelli convert: formats by ending, losses by name.
+// `borelli convert`: formats by file ending, named losses.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// What every verb says of inputs that are no files, and of more memory than may be used.
+// Messages of every verb about inputs that are no files, and about too much memory.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -9,7 +9,7 @@ namespace {
 
 const std::string samples = test::source_folder() + "/samples/";
 
-// 2 x 2 x 2 voxels, which no verb comes to
+// 2 x 2 x 2 voxels, which no verb reaches
 std::string small_scan(const TestFolder& folder) {
   folder.write("scan.raw", std::string(16, '\0'));
   return folder
@@ -85,7 +85,7 @@ TEST(MaxMemory, IsReadFromCommandLineAndSettings) {
   EXPECT_NE(said.err.find("s.toml:1: max-memory: '10M' is too little"), std::string::npos) << said.err;
 }
 
-// Grids of more voxels than fit, each named by its size before memory is taken for it.
+// Grids of more voxels than fit, each refused with its size before memory is allocated.
 TEST(MaxMemory, LargerRequestsAreRefusedAtOnce) {
   const TestFolder folder;
   const std::string out = (folder / "out").string();

@@ -1,5 +1,5 @@
-// Every verb that reads a volume, labels, a table or a scene passes on all that its reader said: as text, in
-// its JSON answer, and in what it writes.
+// Every verb that reads a volume, labels, a table or a scene passes on all warnings of its reader: as text,
+// in its JSON answer and in its output files.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -48,7 +48,7 @@ class Warnings : public testing::Test {
     ASSERT_TRUE(write_landmarks((folder / "joints.json").string(), body().landmarks));
   }
 
-  /// The header then says slices of 20 mm, 10 mm apart.
+  /// Makes the header claim slices of 20 mm, 10 mm apart.
   void contradict_spacing(const std::string& name) const {
     std::string bytes = read_input_file(folder / name).value();
     bytes.insert(bytes.find("dimension"), "thicknesses: nan nan 20\n");
@@ -57,7 +57,7 @@ class Warnings : public testing::Test {
 
   std::string path(const std::string& name) const { return (folder / name).string(); }
 
-  /// Standard error and "warnings" of the answer say each of these.
+  /// Expects each of these on standard error and in "warnings" of the answer.
   void expect_warned(const std::string& arguments, const std::vector<std::string>& of) const {
     SCOPED_TRACE(arguments);
     const ProgramRun run = run_program(arguments + " --json");
@@ -78,7 +78,7 @@ class Warnings : public testing::Test {
   const TestFolder folder;
   const std::string said = "the header gives different voxel sizes";
   const std::string of_labels = path("labels.nrrd") + ": " + said;
-  const std::string without_folder = "labels.nrrd: " + said;  // as outputs name it
+  const std::string without_folder = "labels.nrrd: " + said;  // as outputs write it
 };
 
 TEST_F(Warnings, OfVolumesAndLabelsReachTextAnswersAndTables) {
@@ -112,7 +112,7 @@ TEST_F(Warnings, ReachRunsAndTheirReports) {
   const std::string run = "run " + path("scan.nrrd") + " --labels " + path("labels.nrrd") + " --landmarks " +
                           path("joints.json") + " --flight-time 0.1 --mesh-tolerance 3 --subject s -o " +
                           path("out");
-  for (int time = 0; time < 2; ++time) {  // the second time nothing is left to be done
+  for (int time = 0; time < 2; ++time) {  // the second time there is nothing to do
     expect_warned(run, {"segmentation: " + said, "segmentation: " + without_folder});
     expect_in_files({"out/s/run.json", "out/s/segmentation/segmentation.json", "out/s/inertia/table.json",
                      "out/s/report.html"},
@@ -135,7 +135,7 @@ TEST_F(Warnings, ReachTheUserOfARunThatFails) {
   EXPECT_NE(run.err.find("warning: segmentation: " + said), std::string::npos) << run.err;
 }
 
-// Voxels a quarter as long: 75 kg become 1.2 kg, of a scan that holds the whole body.
+// Voxels a quarter as long: 75 kg become 1.2 kg, too light for a scan of a whole body.
 TEST_F(Warnings, TooLightBodyIsWarnedOf) {
   Scan scan = scan_of_body();
   scan.grey.grid.axes /= 4, scan.labels.grid.axes /= 4;

@@ -1,4 +1,5 @@
-// Videos: what stands where in their frames, told by pixels and an own projection; what ffprobe reads in the file.
+// Videos: positions in their frames, from pixels and an independent projection; properties of the file by
+// ffprobe.
 #include "pipeline/video/video.hpp"
 
 #include <gtest/gtest.h>
@@ -75,7 +76,7 @@ std::vector<Pixels> frames_of(const Film& film) {
   return frames;
 }
 
-/// Mean place, pixels from the upper left corner, of what is red rather than grey. Rows run upwards.
+/// Mean position of red pixels, from the upper left corner. Rows of `pixels` run upwards.
 Vector2d red_centroid(const Pixels& pixels, int width, int height, int least = 200) {
   Vector2d sum(0, 0);
   double count = 0;
@@ -90,7 +91,7 @@ Vector2d red_centroid(const Pixels& pixels, int width, int height, int least = 2
   return sum / count;
 }
 
-/// Where a camera at these angles about the vertical sees p, by turning the world in front of it.
+/// Projection of p for a camera at these angles about the vertical, by turning the world in front of it.
 Vector2d projected(const Vector3d& p, const VideoOptions& o, const FilmCamera& camera) {
   const double degree = std::numbers::pi / 180;
   const Vector3d q = Eigen::AngleAxisd(o.elevation_deg * degree, Vector3d::UnitX()) *
@@ -121,7 +122,7 @@ TEST(Film, ShowsTheGravityCentreWhereItIs) {
     }
 }
 
-// Gravity along -y: what was up along z is up along y, seen from +z.
+// With gravity along -y, up is y, and the camera looks from +z.
 TEST(Film, TurnsWithTheVertical) {
   const Trajectory trajectory = flight();
   Trajectory turned = trajectory;
@@ -138,7 +139,7 @@ TEST(Film, TurnsWithTheVertical) {
     EXPECT_LT((red_centroid(frames[n], 320, 180) - red_centroid(same[n], 320, 180)).norm(), 0.1) << n;
 }
 
-// A body that faces along x has its left along y. One that lies has no side to be named by.
+// A body that faces x has its left along y. A lying body's views have no side names.
 TEST(Film, NamesViewsByWhereTheBodyFaces) {
   const Trajectory trajectory = flight();
   MovingBody body = flying_box(trajectory);
@@ -158,7 +159,7 @@ TEST(Film, NamesViewsByWhereTheBodyFaces) {
 TEST(Film, DrawsForcesWhereTheyAct) {
   const Trajectory trajectory = flight();
   MovingBody body = flying_box(trajectory);
-  body.colours = {{90, 90, 90}};  // so that the arrow alone is red
+  body.colours = {{90, 90, 90}};  // only the arrow is red
   ShownForce force;
   force.times = trajectory.times;
   for (std::size_t n = 0; n < force.times.size(); ++n) {
@@ -226,7 +227,7 @@ TEST(Film, BendsASkin) {
   const auto film = film_of(body, options);
   ASSERT_TRUE(film);
   const auto frames = frames_of(*film);
-  // skin is pale: count what is redder than the grey-blue background
+  // skin is pale: count pixels redder than the grey-blue background
   for (const std::size_t n : {0u, 3u, 5u}) {
     Vector2d sum(0, 0);
     double count = 0;
@@ -264,7 +265,7 @@ class VideoFile : public ::testing::Test {
   fs::path folder_;
 };
 
-TEST_F(VideoFile, HoldsWhatWasAsked) {
+TEST_F(VideoFile, HasTheRequestedSizeRateAndLength) {
   const Trajectory trajectory = flight();
   const MovingBody body = flying_box(trajectory);
   const VideoOptions options{.width = 322, .height = 180, .rate = 30, .speed = 0.5};
@@ -282,7 +283,7 @@ TEST_F(VideoFile, HoldsWhatWasAsked) {
   EXPECT_NEAR(std::atof(probed("duration").c_str()), 31 / 30.0, 0.002);
 }
 
-TEST_F(VideoFile, IsNotThereIfStopped) {
+TEST_F(VideoFile, IsNotWrittenIfStopped) {
   const Trajectory trajectory = flight();
   const MovingBody body = flying_box(trajectory);
   const auto stopped = write_video(folder_ / "a.mp4", body, {.width = 320, .height = 180},

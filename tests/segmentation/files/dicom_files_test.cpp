@@ -1,4 +1,4 @@
-// A folder's files: links, files that only stand for pictures, and headers that other programs misread too.
+// A folder's files: links, placeholder files without images, and headers that other programs misread too.
 #include "segmentation/files/dicom_files.hpp"
 
 #include <gtest/gtest.h>
@@ -33,7 +33,7 @@ void put_text(const std::string& path, const std::string& text) {
 
 std::string preamble() { return std::string(128, '\0') + "DICM"; }
 
-// One of each kind of file that only stands for a picture.
+// One placeholder file of each kind.
 void put_placeholders(const ScratchFolder& folder) {
   put_text(folder / "._0.dcm", std::string("\0\5\26\7", 4) + std::string(200, 'x'));
   put_text(folder / "stub.dcm", preamble());
@@ -76,7 +76,7 @@ TEST(DicomFiles, FollowsLinkedFoldersOnce) {
   fs::create_directory_symlink(elsewhere.path(), folder / "a/again");
   fs::create_directory_symlink("..", folder / "a/up");                      // a cycle
   fs::create_directory_symlink(folder.path(), elsewhere / "back");          // another
-  fs::create_directory_symlink(fs::temp_directory_path(), folder / "all");  // holds this folder and others
+  fs::create_directory_symlink(fs::temp_directory_path(), folder / "all");  // contains this folder and others
   const auto below = files_below(folder.path());
   ASSERT_TRUE(below) << below.error().message();
   EXPECT_EQ(below->files.size(), 6U);

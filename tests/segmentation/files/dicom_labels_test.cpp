@@ -1,5 +1,5 @@
-// Labels written as DICOM segmentations: our reader, pydicom and DCMTK read what was written, and dciodvfy of
-// dicom3tools finds no fault.
+// Labels written as DICOM segmentations: our reader, pydicom and DCMTK read them, and dciodvfy of dicom3tools
+// finds no fault.
 #include <fmt/core.h>
 #include <gtest/gtest.h>
 
@@ -89,14 +89,14 @@ std::string written(const ScratchFolder& folder, const LabelMap& labels,
 
 TEST(DicomLabels, ReadBackVoxelForVoxel) {
   for (const bool mirrored : {false, true})
-    for (const double tilt : {0.0, 1.75}) {  // of the gantry: slices drift sideways
+    for (const double tilt : {0.0, 1.75}) {  // gantry tilt: slices shift sideways
       const ScratchFolder folder;
       const LabelMap labels = some_labels(grid_of(mirrored, tilt));
       const auto back = read_labels(written(folder, labels), "", {}, &labels.grid);
       ASSERT_TRUE(back) << back.error().message();
       for (std::size_t n = 0; n < labels.voxels.size(); ++n)
         ASSERT_EQ(back->names[back->voxels[n]], labels.names[labels.voxels[n]]) << n;
-      // places, to the digits that a decimal string holds; our reader orders slices along their normal
+      // positions to the digits of a decimal string; our reader orders slices along their normal
       const auto bare = read_labels(folder / "labels.dcm");
       ASSERT_TRUE(bare) << bare.error().message();
       const std::int64_t last = labels.grid.size[2] - 1;
@@ -105,7 +105,7 @@ TEST(DicomLabels, ReadBackVoxelForVoxel) {
     }
 }
 
-// A table of names beside it belongs to labels.nii.gz.
+// An adjacent table of names belongs to labels.nii.gz, not to this file.
 TEST(DicomLabels, KeepTheirNamesBesideATableOfNames) {
   const ScratchFolder folder;
   const LabelMap labels = some_labels(grid_of(false, 0));
@@ -148,7 +148,7 @@ TEST_F(DicomLabelsInDcmtk, LeaveOutEmptySlices) {
   const json set = dcmtk_json(written(folder, some_labels(grid_of(false, 0))));
   EXPECT_EQ(set.at("00620002").at("Value").size(), 4U);  // segments
   const json& frames = set.at("52009230").at("Value");
-  EXPECT_EQ(frames.size(), 20U);  // of 4 segments, the slices but the third
+  EXPECT_EQ(frames.size(), 20U);  // 4 segments, all slices except the third
   EXPECT_EQ(value_of(set, "00280008"), 20);
   for (const json& frame : frames) EXPECT_NE(value_of(frame, "00209111").at("00209157").at("Value").at(1), 3);
 }
@@ -209,7 +209,7 @@ TEST_F(DicomLabelsInDcmtk, ComeFromTheInputAlone) {
   }
 }
 
-// ---- what dciodvfy and DCMTK say ----
+// ---- dciodvfy and DCMTK ----
 
 void expect_faultless(const std::string& path) {
   const Said dump = run("dcmdump -q +L " + path);
@@ -228,9 +228,9 @@ TEST_F(DicomLabelsInDcmtk, AreFaultlessWithoutAScan) {
   expect_faultless(written(folder, some_labels(grid_of(false, 0)), {.version = "0.2.0"}));
 }
 
-// ---- of a DICOM scan ----
+// ---- labels of a DICOM scan ----
 
-/// A series of six slices in `folder`, along an oblique normal; the slice at 2 is missing if asked for.
+/// A series of six slices in `folder`, along an oblique normal; slice 2 is missing if `with_gap`.
 void write_scan(const ScratchFolder& folder, bool with_gap = false) {
   const Grid grid = grid_of(false, 0);
   for (int k = 0; k < 6; ++k) {
@@ -267,7 +267,7 @@ TEST_F(DicomLabelsInDcmtk, ReferToTheImagesOfTheScan) {
   const json series = value_of(set, "00081115");
   EXPECT_EQ(text_of(series, "0020000E"), "1.2.3.5");
   EXPECT_EQ(series.at("0008114A").at("Value").size(), 6U);
-  // each frame's image is the one at its place
+  // each frame refers to the image at its position
   for (const json& frame : set.at("52009230").at("Value")) {
     const json position = value_of(frame, "00209113").at("00200032").at("Value");
     const Eigen::Vector3d place(position[0], position[1], position[2]);
@@ -300,7 +300,7 @@ TEST_F(DicomLabelsInDcmtk, NameThePatientOnlyIfAsked) {
   EXPECT_FALSE(set.contains("00120062"));
 }
 
-// The scan's reader fills a missing slice in from its neighbours: the frame refers to both.
+// The scan's reader interpolates a missing slice from its neighbours, so the frame refers to both.
 TEST_F(DicomLabelsInDcmtk, ReferToBothNeighboursOfAFilledSlice) {
   const ScratchFolder scan, folder;
   ASSERT_NO_FATAL_FAILURE(write_scan(scan, true));

@@ -46,7 +46,7 @@ std::string refusal(const std::string& stream, std::size_t width, std::size_t pi
 }
 
 TEST(DicomRle, DecodesRunsAndLiterals) {
-  // three literals, no operation, 'z' five times, two literals
+  // three literals, a no-op, 'z' five times, two literals
   const std::string segment = "\2abc\x80\xFCz\1xy";
   EXPECT_EQ(unpacked(rle_header({64}) + segment, 1, 10), "abczzzzzxy");
   EXPECT_EQ(unpacked(rle_header({64}) + segment + '\0', 1, 10), "abczzzzzxy");  // padded
@@ -213,7 +213,7 @@ TEST(DicomPacked, ReadsDeflatedDataSets) {
   }
 }
 
-// 100 kB that inflate to a 100 MB value of no use.
+// 100 kB that inflate to a useless value of 100 MB.
 TEST(DicomPacked, RefusesDecompressionBombs) {
   const ScratchFolder folder;
   const std::uint32_t length = 100'000'000;

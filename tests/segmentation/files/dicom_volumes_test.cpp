@@ -27,7 +27,7 @@ TestSlice flat(int k, double z, int value, TestSlice slice = {}) {
   return slice;
 }
 
-// files whose names say nothing of their order
+// file names unrelated to the order
 std::string name_of(int k) { return fmt::format("f{:04d}.dcm", k * 377 % 1009); }
 
 bool says(const ScannedVolume& scan, const std::string& part) {
@@ -78,7 +78,7 @@ TEST(DicomVolumes, RecognisesResentSlicesAsCopies) {
   EXPECT_TRUE(says(*read, "9 slices appear twice (same position, same pixels)")) << all_said(*read);
 }
 
-// The same pixels under another scaling are another picture.
+// The same pixels with another scaling are another image.
 TEST(DicomVolumes, CopiesNeedTheSameScaling) {
   const ScratchFolder folder;
   for (int k = 0; k < 4; ++k) write_slice(folder / name_of(k), flat(k, 3 * k, 1000 + k));
@@ -143,7 +143,7 @@ TEST(DicomVolumes, JoinsAcquisitionsWithSmallOverlap) {
     EXPECT_TRUE(says(*read, fmt::format("acquisition 1 overlaps acquisition 2 by {} mm", 6 - shift)))
         << all_said(*read);
     EXPECT_FALSE(says(*read, "ignored")) << all_said(*read);
-    for (std::int64_t k = 0; k < grid.size[2]; ++k) {  // the larger one where both are
+    for (std::int64_t k = 0; k < grid.size[2]; ++k) {  // the larger value where both overlap
       const double z = grid.point(0, 0, k).z();
       if (z < 21) {
         EXPECT_EQ(read->volume.at(1, 1, k), -24) << z;
@@ -154,7 +154,7 @@ TEST(DicomVolumes, JoinsAcquisitionsWithSmallOverlap) {
   }
 }
 
-// Acquisition 2 lies within acquisition 1: another picture, not another part of the body.
+// Acquisition 2 lies within acquisition 1: another image, not another part of the body.
 TEST(DicomVolumes, KeepsAcquisitionsOfOnePlaceApart) {
   const ScratchFolder folder;
   for (int k = 0; k < 11; ++k) write_slice(folder / ("a" + name_of(k)), flat(k, 3 * k, 1000));
@@ -172,8 +172,8 @@ TEST(DicomVolumes, KeepsAcquisitionsOfOnePlaceApart) {
       << all_said(*read);
 }
 
-// 450 slices at 1.25 mm behind a gantry tilted by `tilt`, positions as `decimals` of a writer that rounds or
-// cuts off.
+// 450 slices at 1.25 mm behind a gantry tilted by `tilt`, positions with `decimals`, rounded or (`cut`)
+// truncated.
 void write_rounded(const ScratchFolder& folder, double tilt_deg, int decimals, bool cut, int but = -1) {
   const double tilt = tilt_deg * std::numbers::pi / 180;
   for (int k = 0; k < 450; ++k) {
@@ -197,9 +197,8 @@ TEST(DicomVolumes, TreatsRoundedPositionsAsEven) {
     const auto read = read_volume(folder.path());
     ASSERT_TRUE(read) << read.error().message();
     ASSERT_EQ(read->volume.grid.size[2], 450);
-    // Errors of rounding need not be independent (halves are rounded away from zero on either side of it).
-    // The worst for a least-squares slope are those of +a on one half of N places and -a on the other: 3 a /
-    // N.
+    // Rounding errors need not be independent (halves are rounded away from zero on both sides). The worst
+    // case for a least-squares slope is +a on one half of N positions and -a on the other: 3 a / N.
     const double half_unit = 0.5 * std::pow(10, -decimals);
     EXPECT_NEAR(read->volume.grid.axes(2, 2), 1.25, 3 * half_unit / 450);
     EXPECT_NEAR(read->volume.grid.origin.z(), cut ? 100.3 : -100.3, 0.06);
@@ -210,7 +209,7 @@ TEST(DicomVolumes, TreatsRoundedPositionsAsEven) {
 
 TEST(DicomVolumes, ReportsMissingSlicesBetweenRoundedPositions) {
   const ScratchFolder folder;
-  write_rounded(folder, 0, 1, false, 20);  // each twentieth is not there: 22 of 450, none at the ends
+  write_rounded(folder, 0, 1, false, 20);  // every twentieth is missing: 22 of 450, none at the ends
   const auto read = read_volume(folder.path());
   ASSERT_TRUE(read) << read.error().message();
   ASSERT_EQ(read->volume.grid.size[2], 450);
@@ -218,7 +217,7 @@ TEST(DicomVolumes, ReportsMissingSlicesBetweenRoundedPositions) {
   for (int k = 0; k < 450; ++k) EXPECT_EQ(values(*read)[std::size_t(k)], k - 24);
 }
 
-// Slice spacing of 3 mm, then 3.3 mm, with positions to 0.1 mm: too large a change for rounding.
+// Slice spacing of 3 mm, then 3.3 mm, with positions to 0.1 mm: more than rounding explains.
 TEST(DicomVolumes, RoundingHidesNoChangeOfSpacing) {
   const ScratchFolder folder;
   for (int k = 0; k < 60; ++k) {

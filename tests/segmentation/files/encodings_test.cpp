@@ -190,7 +190,7 @@ TEST(Bombs, AreRefusedBeforeMemoryOrTimeIsSpent) {
   ScratchFolder folder;
   const std::uint64_t before = memory_limit();
   set_memory_limit(std::uint64_t{200} << 20);
-  // an honest header whose volume does not fit
+  // a true header whose volume is too large
   const auto packed = gzip_zeros(256);
   EXPECT_LT(packed.size(), std::size_t{2} << 20);
   std::string header = nrrd_header("short", "encoding: gzip\n\n");

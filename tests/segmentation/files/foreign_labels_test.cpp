@@ -1,4 +1,4 @@
-// Labels that another program saved: through floating point, with a scale, along other axes.
+// Labels saved by other programs: as floating point, with a scale, along other axes.
 #include <fmt/core.h>
 #include <gtest/gtest.h>
 
@@ -87,7 +87,7 @@ TEST(ForeignLabels, RefusesFractionsWithTheirDigits) {
   EXPECT_FALSE(read_labels(folder / "b.mha")) << "0.4 is no label";
 }
 
-// The grid whose axis c runs along axis order[c] of `grid`, the other way where flip[c].
+// The grid whose axis c runs along axis order[c] of `grid`, reversed if flip[c].
 Grid turned(const Grid& grid, const std::array<int, 3>& order, const std::array<bool, 3>& flip) {
   Grid out = grid;
   for (int c = 0; c < 3; ++c) {
@@ -101,8 +101,8 @@ Grid turned(const Grid& grid, const std::array<int, 3>& order, const std::array<
   return out;
 }
 
-// All 48 orders and directions of the axes of a sheared oblique grid. A voxel's label follows from its place
-// in the patient, whatever the order of axes.
+// All 48 orders and directions of the axes of a sheared oblique grid. A voxel's label depends on its position
+// in the patient, not on the order of axes.
 TEST(ForeignLabels, ReordersAxesToMatchTheScan) {
   ScratchFolder folder;
   const Grid scan = oblique_grid(false, 0.5);

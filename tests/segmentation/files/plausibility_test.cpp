@@ -1,5 +1,5 @@
-// What cannot be a scan of a person is refused, what is doubtful is said, whatever the format; partial scans,
-// children, phantoms of water and densities pass.
+// In every format, scans that cannot show a person are refused and doubtful ones are reported. Partial scans,
+// children, water phantoms and densities pass.
 #include "segmentation/files/plausibility.hpp"
 
 #include <gtest/gtest.h>
@@ -130,20 +130,20 @@ TEST(Plausibility, RefusesSignedPixelsDeclaredUnsignedInEveryFormat) {
 
 TEST(Plausibility, RefusesManyOutOfRangeValues) {
   std::mt19937 random(3);
-  // intercept taken twice, with the noise about air; a slope of 50
+  // an intercept applied twice, with noise around air; a slope of 50
   expect_refused(
       read("a.nii", body().grey, [&](int v) { return v - 1024 - static_cast<int>(random() % 50); }),
       "check whether the intercept was applied twice", "twice");
   expect_refused(read("a.nii", body().grey, [](int v) { return 1000 * v + 40000; }),
                  "is not a volume of CT numbers", "slope");
-  // a few are said
+  // a few such voxels are reported
   const auto few = read("a.nii", body().grey, [&](int v) { return random() % 100 == 0 ? 40000 : v; });
   ASSERT_TRUE(few) << few.error().message();
   ASSERT_FALSE(few->warnings.empty());
   EXPECT_NE(few->warnings[0].find("above 32767"), std::string::npos) << few->warnings[0];
 }
 
-// A viewer's window of CT numbers, and the same as a picture of 8 bits: refused with what to do.
+// CT numbers clipped to a viewer's window, also as an image of 8 bits: refused with advice.
 TEST(Plausibility, RefusesDisplayWindowsInEveryFormat) {
   for (const std::string& format : formats) {
     for (const auto& [low, high] : {std::pair{-200, 300}, {-160, 240}, {-150, 250}, {-450, 1050}})
@@ -178,7 +178,7 @@ TEST(Plausibility, AcceptsWholeAndPartialScans) {
     for (const std::string& warning : whole->warnings)
       EXPECT_EQ(warning.find("air"), std::string::npos) << warning;
   }
-  // inside a thigh, where there is no air: doubted, as it always was
+  // inside a thigh, without air: doubted
   const auto& g = body().grey.grid;
   const Landmarks marks = build_phantom({}).value().landmarks;
   const Eigen::Vector3d thigh = g.index(0.5 * (marks.at("hip_left").point + marks.at("knee_left").point));
@@ -188,7 +188,7 @@ TEST(Plausibility, AcceptsWholeAndPartialScans) {
   ASSERT_TRUE(tissue) << tissue.error().message();
   ASSERT_EQ(tissue->warnings.size(), 1u);
   EXPECT_NE(tissue->warnings[0].find("no value is below -200"), std::string::npos) << tissue->warnings[0];
-  // a knee with the air about it
+  // a knee with air around it
   const Eigen::Vector3d knee = g.index(marks.at("knee_left").point);
   const auto about = cropped({std::lround(knee[0]) - 4, 0, std::lround(knee[2]) - 9},
                              {g.size[0] - std::lround(knee[0]) + 4, g.size[1], 18});
@@ -229,7 +229,7 @@ TEST(Plausibility, DoubtsImplausibleVoxelAndBodySizes) {
   EXPECT_NE(doubt_of_body(0.0757, 118.6).find("has 1.57 kg/l"), std::string::npos);
 }
 
-// Labels, too, say what is doubtful of their grid.
+// Labels are also warned of if their grid is doubtful.
 TEST(Plausibility, DoubtsLabelsWithImplausibleVoxels) {
   ScratchFolder folder;
   LabelMap map;

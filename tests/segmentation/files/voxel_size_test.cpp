@@ -1,4 +1,4 @@
-// Headers that give the voxel size more than once. Files are written by hand, so the right size is known.
+// Headers that give the voxel size more than once. The files are written by hand, so the right size is known.
 #include "segmentation/files/voxel_size.hpp"
 
 #include <gtest/gtest.h>
@@ -34,7 +34,7 @@ Result<ScannedVolume> read(const std::string& name, const std::vector<char>& byt
 }
 
 // A NIfTI-1 header (nifti1.h) of 2 x 2 x 1 voxels: sform's columns along the axes with these lengths, pixdim,
-// and a qform without rotation where it is asked for.
+// and, if requested, a qform without rotation.
 Result<ScannedVolume> nifti(const Vector3d& sform, const Vector3d& pixdim, bool qform, float slope = 1) {
   std::vector<char> bytes(352, 0);
   const auto set = [&](std::size_t offset, auto value) {
@@ -63,7 +63,7 @@ TEST(VoxelSize, NiftiUsesTheMajorityWithAWarning) {
     Vector3d sform, pixdim;
     bool qform;
   };
-  // a slice thickness, directions alone, directions alone without a qform; a pixdim that nobody set
+  // a slice thickness; directions alone; directions alone without a qform; an unset pixdim
   for (const Case& c :
        {Case{thick, right, true}, {ones, right, true}, {ones, right, false}, {right, ones, false}}) {
     const auto scan = nifti(c.sform, c.pixdim, c.qform);
@@ -136,7 +136,7 @@ TEST(VoxelSize, MetaImageComparesSpacingSizeAndMatrix) {
     std::string sizes;
     bool told;
   };
-  // a size alone, as of slices with gaps; the sizes in the matrix too, or only there; both against a spacing
+  // a size alone, as for slices with gaps; sizes in the matrix too, or only there; both against a spacing
   for (const Case& c : {Case{spacing + "ElementSize = 2 2 4\n" + unit, true},
                         {spacing + scaled, false},
                         {"ElementSpacing = 1 1 1\n" + scaled, true},

@@ -1,4 +1,4 @@
-// Probabilities as a labeller without doubts would give them.
+// Probabilities of a labeller that is always certain.
 #pragma once
 
 #include <algorithm>

@@ -16,7 +16,7 @@ std::string forest_file(const std::string& name) {
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
-// rows of features and what scikit-learn answers for them, written by train_forest.py
+// rows of features with scikit-learn's predictions, written by train_forest.py
 TEST(Forest, EqualsScikitLearn) {
   const auto forest = parse_forest(forest_file("/tests/segmentation/files/forest.bin"), "forest.bin");
   ASSERT_TRUE(forest) << forest.error().message();
@@ -61,7 +61,7 @@ TEST(Forest, RefusesDamagedFilesInOneSentence) {
   EXPECT_NE(refusal(whole.substr(0, whole.size() / 2)), "");
   EXPECT_NE(refusal(whole + "x"), "");
   EXPECT_NE(refusal(whole.substr(0, 20)), "");
-  // any single byte: refused, or, within a name, read as another name
+  // any changed byte is refused, or, within a name, read as another name
   std::mt19937 random(1);
   const std::size_t data = whole.find('\n', whole.find("\nbytes ") + 1) + 1;
   for (int n = 0; n < 200; ++n) {

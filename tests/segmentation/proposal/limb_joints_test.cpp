@@ -17,7 +17,7 @@ TEST(LimbSegments, PutJointsAtChangesOfProbability) {
   const auto exact = build_phantom(options);
   const auto segments = limb_segments(body, probabilities, body_pieces(body, probabilities), *forest);
   EXPECT_EQ(segments.joints.size(), 8U);
-  // two voxels along the limb, as distances bend at its skin, and the bone's middle for the joint's
+  // two voxels along the limb, because distances bend near the skin; the bone's middle stands for the joint
   for (const ProposedJoint& joint : segments.joints)
     EXPECT_LT((joint.point - exact->landmarks.at(joint.name).point).norm(), 20) << joint.name;
 }

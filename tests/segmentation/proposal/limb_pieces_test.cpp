@@ -19,7 +19,7 @@ TEST(LimbPieces, FindTwoArmsAndTwoLegsWithTheirSides) {
     if (!is_limb(piece.region)) continue;
     EXPECT_GT(piece.bone_chain, 300);
     ASSERT_TRUE(piece.root);
-    EXPECT_EQ(piece.side == left_side, (*piece.root)[0] > 0);  // the phantom stands about x = 0
+    EXPECT_EQ(piece.side == left_side, (*piece.root)[0] > 0);  // the phantom is centred on x = 0
     EXPECT_FALSE(piece.cut);
   }
   const std::map<std::pair<BodyRegion, int>, int> expected{

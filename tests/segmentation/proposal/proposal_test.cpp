@@ -19,7 +19,7 @@ struct Proposed {
   LabelMap exact;
 };
 
-// the drawn body with a proposal that is certain of the exact parts
+// the drawn body with a proposal that is certain and correct
 Proposed proposed() {
   Proposed out{look(drawn().grey, 4, 0), drawn().parts};
   const CoarseBody body = coarse_body(out.anatomy);
@@ -50,7 +50,7 @@ TEST(Proposal, RecognisesEachLimbAndSide) {
     ++all, sure += limbs[o] != 0;
     right += limbs[o] == limb_of_part(body.exact.voxels[o]);
   }
-  EXPECT_GT(sure / all, 0.85);  // not next to another region, since a place's share is its neighbours' mean
+  EXPECT_GT(sure / all, 0.85);  // lower near another region, since a voxel's share is its neighbours' mean
   EXPECT_GT(right / sure, 0.98);
 }
 
@@ -82,7 +82,7 @@ TEST(LimbRoots, LieAtTheHeads) {
   EXPECT_EQ(LimbRoots(unasked, BodyRegion::leg).likelihood({0, 0, 0}, {500, 0, 0}), 1);
 }
 
-// A joint 200 mm off is doubted, but not in a limb that lacks a segment.
+// A joint 200 mm off is doubted, except in a limb that lacks a segment.
 TEST(SecondOpinion, DoubtsOnlyJointsOfWholeLimbs) {
   const Proposed body = proposed();
   const auto knee = std::find_if(body.anatomy.proposal->joints.begin(), body.anatomy.proposal->joints.end(),
@@ -161,7 +161,7 @@ TEST(SecondOpinion, ReportsHeadsInAnotherLimb) {
   EXPECT_TRUE(heads_agree(*body.anatomy.proposal, trunk));
 }
 
-// two arms beside each other and a leg apart from both
+// two adjacent arms and a separate leg
 TEST(Walls, LetTouchingSidesPass) {
   Proposal proposal;
   proposal.grid.size = {6, 1, 1};

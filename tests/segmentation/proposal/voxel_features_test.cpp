@@ -28,7 +28,7 @@ TEST(VoxelFeatures, AreIndependentOfTheBodysPosition) {
   EXPECT_EQ(rows(VoxelFeatures(one)), rows(VoxelFeatures(other)));
 }
 
-// Voxel by voxel nearly all are the same; a geodesic's start and equally long ways may be chosen otherwise.
+// Nearly all voxels have equal features; a geodesic's start and equally long paths may be chosen differently.
 TEST(VoxelFeatures, AreEqualInAMirroredBody) {
   GreyVolume mirror = drawn().grey;
   mirror.grid.axes.row(0) *= -1, mirror.grid.origin[0] *= -1;
@@ -78,7 +78,7 @@ TEST(VoxelFeatures, MeasureALineThroughABox) {
   const VoxelFeatures features(body);
   const auto& names = voxel_feature_names();
   std::vector<std::int16_t> row(names.size());
-  features.fill(body.places.front(), row);  // the corner that is rightmost, foremost and lowest
+  features.fill(body.places.front(), row);  // the rightmost, frontmost and lowest corner
   const auto value = [&](const char* name) {
     return row[static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin())];
   };
