@@ -120,15 +120,15 @@ class OpenSimAngles {
   Result<AngleMotion> read() {
     if (used_.empty())
       return bad_use("motion",
-                     fmt::format("has no column for a joint of the body: neither its own coordinates "
-                                 "nor OpenSim's (hip_flexion_r, knee_angle_r, pelvis_tilt ...)"));
+                     fmt::format("has no column for any joint of the body; expected its own coordinates or "
+                                 "OpenSim's (hip_flexion_r, knee_angle_r, pelvis_tilt ...)"));
     const auto count = std::ssize(table_.times);
     out_.positions.times = table_.times;
     out_.positions.q = system_.initial.q.transpose().replicate(count, 1);
     for (Eigen::Index i = 0; i < count; ++i) {
       for (const auto& [name, found] : used_)
         if (!std::isfinite(table_.values(i, found.column)))
-          return bad_use("motion", fmt::format("has a value of '{}' that is no number at {} s",
+          return bad_use("motion", fmt::format("has a value of '{}' at {} s that is not a number",
                                                printable(name), table_.times[std::size_t(i)]));
       for (const CoordinateInfo& c : system_.coordinates) set_joint(c, i);
       if (!root_.solid.empty()) set_root(i);
@@ -232,7 +232,7 @@ class OpenSimAngles {
         unused.push_back(printable(table_.columns[i]));
     if (!unused.empty())
       out_.warnings.push_back(
-          fmt::format("columns of the motion that are no joint of this body: {}", name_list(unused)));
+          fmt::format("ignored columns, which belong to no joint of this body: {}", name_list(unused)));
   }
 
   const System& system_;

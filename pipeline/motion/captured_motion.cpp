@@ -50,7 +50,9 @@ Result<Vector3d> up_of(const MarkerMotion& motion, const BodyMarkers& markers) {
       if (frame.col(column).allFinite()) sums[kind] += frame.col(column), ++counts[kind];
   }
   if (counts[0] == 0 || counts[1] == 0)
-    return bad_use("markers", "do not tell which way is up: none is known on the feet, or none on the trunk");
+    return bad_use("markers",
+                   "do not show which way is up: no marker on the feet, or none on the trunk, has a known "
+                   "name; give --marker-map");
   const Vector3d rise = sums[1] / counts[1] - sums[0] / counts[0];
   Eigen::Index axis = 0;
   rise.cwiseAbs().maxCoeff(&axis);
@@ -83,7 +85,7 @@ void tell_placement(const CapturedMotion& out, bool other_person, std::vector<st
     warnings.push_back(fmt::format(
         "the markers lie {:.0f} mm (rms) from the body's landmarks: {}", 1e3 * out.landmark_distance,
         other_person ? "the body's landmarks or the markers' names may be wrong"
-                     : "is the recorded person the scanned one? If not, say so (--other-person)"));
+                     : "if the recorded person is not the scanned one, add --other-person"));
 }
 
 /// Moves the markers on the body to the places that the motion determines.
@@ -97,10 +99,10 @@ Result<void> calibrate(CapturedMotion& out) {
 
 void tell_errors(CapturedMotion& out) {
   if (!out.calibrated && out.fit.rms() > large_error)
-    out.warnings.push_back(fmt::format(
-        "the fit leaves marker errors of {:.0f} mm (rms): in the motion the markers may sit elsewhere "
-        "than in the trial; --calibrate-markers lets the motion tell their places",
-        1e3 * out.fit.rms()));
+    out.warnings.push_back(
+        fmt::format("the marker errors are {:.0f} mm (rms); the markers may have moved since the standing "
+                    "trial: add --calibrate-markers",
+                    1e3 * out.fit.rms()));
 }
 
 /// The body's ground forces, by the foot that stands on each plate.
@@ -108,7 +110,7 @@ Result<void> add_loads(CapturedMotion& out, const System& system, const std::vec
                        double cutoff) {
   if (forces.empty()) {
     out.warnings.emplace_back(
-        "no ground forces were measured: what carries the body shows as residuals at the root");
+        "no ground force is given, so the force that carries the body appears as a residual at the root");
     return {};
   }
   const auto motion = RecordedMotion::of(system, out.positions, cutoff);
@@ -205,8 +207,9 @@ Result<CapturedMotion> captured_motion(const BodyModel& body, const BodyMarkers&
                                        const CapturedMotionRequest& request) {
   CapturedMotion out;
   if (!markers.unknown.empty())
-    out.warnings.push_back(fmt::format("markers of names that tell no place on the body are left out: {}",
-                                       printable_list(markers.unknown)));
+    out.warnings.push_back(
+        fmt::format("left out markers whose names are not known: {}; --marker-map can place them",
+                    printable_list(markers.unknown)));
   const auto up = up_of(recording.motion, markers);
   if (!up) return tl::unexpected(up.error());
   const Matrix3d R = rotation_between(*up, Vector3d::UnitZ());
@@ -247,8 +250,8 @@ Result<CapturedMotion> captured_angles(const BodyModel& body, const Landmarks& l
   out.warnings = angles->warnings;
   const double size = request.other_person ? size_by_height(*system, *angles, body.soles) : 1;
   if (!(size > 0.4 && size < 2.5))
-    return bad_use("motion", fmt::format("puts the body {:.2f} times as high above the floor as its legs are "
-                                         "long: is its floor at height 0, and its unit metres?",
+    return bad_use("motion", fmt::format("places the pelvis at {:.2f} leg lengths above the floor; its floor "
+                                         "must be at height 0, its unit m",
                                          size));
   out.positions = at_size(*system, *angles, size);
   out.fit.times = out.positions.times;

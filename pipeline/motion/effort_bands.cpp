@@ -159,7 +159,7 @@ class Redrawn {
     if (!efforts) return tl::unexpected(efforts.error());
     if (efforts->efforts.rows() != motion_.efforts.efforts.rows() ||
         efforts->efforts.cols() != motion_.efforts.efforts.cols())
-      return failure("joint moments", "a draw has other coordinates or times");
+      return failure("joint moments", "the draws differ in coordinates or times; please report this");
     return std::move(efforts->efforts);
   }
 
@@ -176,7 +176,8 @@ class Redrawn {
 Result<EffortBands> effort_bands(const CapturedMotion& motion, const BodySource& source,
                                  const EffortBandRequest& request) {
   if (source.table.causes.empty())
-    return bad_use("joint moments", "have no bands: the inertia table has no deviations");
+    return bad_use("joint moments",
+                   "have no error bands, because the inertia table has no standard deviations");
   EffortBands out;
   out.causes = {"masses"};
   if (!motion.fit.markers.empty()) out.causes.insert(out.causes.end(), {"joint centres", "markers"});

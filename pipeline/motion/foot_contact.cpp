@@ -90,7 +90,10 @@ Result<FootLoads> loads_on_feet(const System& system, const RecordedMotion& moti
                                 const std::vector<MeasuredForce>& forces,
                                 const std::vector<std::string>& feet) {
   if (feet.empty())
-    return bad_use("measured forces", "the model has no solid whose name tells a foot; name the feet");
+    return bad_use("measured forces",
+                   "no solid of the model has calcn, calcaneus or foot in its name; give the forces as "
+                   "OpenSim's external "
+                   "loads (.xml), which name the solids");
   std::vector<int> solids;
   for (const std::string& foot : feet) {
     solids.push_back(solid_index(system, foot));
@@ -118,14 +121,14 @@ Result<FootLoads> loads_on_feet(const System& system, const RecordedMotion& moti
       if (std::isinf(away[nearest])) continue;  // outside of the motion
       if (away[nearest] > farthest_foot) {
         out.warnings.push_back(fmt::format(
-            "the load on {} from {:.2f} to {:.2f} s is {:.2f} m from the nearest foot and is left out",
+            "the load on {} from {:.2f} to {:.2f} s was left out: it is {:.2f} m from the nearest foot",
             printable(plate.name), from, to, away[nearest]));
         continue;
       }
       for (std::size_t f = 0; f < feet.size(); ++f)
         if (f != nearest && away[f] - away[nearest] < alike)
           out.warnings.push_back(
-              fmt::format("the load on {} from {:.2f} to {:.2f} s is given to {}, but {} is as near",
+              fmt::format("the load on {} from {:.2f} to {:.2f} s was given to {}, but {} is about as near",
                           printable(plate.name), from, to, feet[nearest], feet[f]));
       const Eigen::Index n = stance.last - stance.first + 1;
       MeasuredForce& target = by_foot[nearest].measured;

@@ -10,7 +10,7 @@ namespace borelli {
 
 Result<MarkerMotion> marker_paths(const Scene& scene, const Trajectory& motion) {
   if (scene.markers.empty())
-    return bad_use("markers", "the scene has none, so there are no paths of markers to write");
+    return bad_use("markers", "are not in the scene, so their paths cannot be written");
   MarkerMotion out;
   out.times = motion.times;
   std::vector<std::size_t> solids;

@@ -203,11 +203,10 @@ Result<PlacedMarkers> place_markers(const Scene& scene, const std::vector<BodyMa
   const double share = request.standing && request.size_to_trial ? other_standing_share : moving_share;
   const ShownMarkers known = shown_of(names_of(out.scene.markers), trial, 0);
   if (known.names.size() < 3)
-    return bad_use(
-        "markers",
-        fmt::format("only {} of them stand over landmarks of the body; at least 3 are needed (name "
-                    "them as a common marker set does, or give --marker-map)",
-                    known.names.size()));
+    return bad_use("markers",
+                   fmt::format("only {} of them belong to landmarks of the body; at least 3 are needed: name "
+                               "them as a common marker set does, or give --marker-map",
+                               known.names.size()));
   if (auto laid = lay_start(out.scene, trial, known, share, request.standing); !laid)
     return tl::unexpected(laid.error());
   if (request.size_to_trial) {

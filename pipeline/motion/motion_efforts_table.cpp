@@ -154,21 +154,21 @@ Result<TablePositions> positions_in(const System& system, const MotionTable& tab
       out.positions.q.col(c.q_index + i).setConstant(system.initial.q[c.q_index + i]);
   }
   if (missing.size() == system.coordinates.size())
-    return bad_use("motion", fmt::format("has no column for any coordinate of the model, which has {}",
+    return bad_use("motion", fmt::format("has no column for any coordinate of the model; expected {}",
                                          name_list(missing)));
   for (Eigen::Index i = 0; i < out.positions.q.rows(); ++i)
     if (!out.positions.q.row(i).allFinite())
-      return bad_use("motion", fmt::format("row {} (t = {} s) has a value that is no number", i + 1,
+      return bad_use("motion", fmt::format("row {} (t = {} s) has a value that is not a number", i + 1,
                                            table.times[std::size_t(i)]));
   if (!missing.empty())
-    out.warnings.push_back(
-        fmt::format("without a column in the motion, and so kept where they start: {}", name_list(missing)));
+    out.warnings.push_back(fmt::format(
+        "kept at their initial values, because the motion has no columns for them: {}", name_list(missing)));
   std::vector<std::string> unused;
   for (std::size_t i = 0; i < used.size(); ++i)
     if (!used[i] && !table.columns[i].ends_with("/speed")) unused.push_back(printable(table.columns[i]));
   if (!unused.empty())
     out.warnings.push_back(
-        fmt::format("columns of the motion that are no free coordinate of the model: {}", name_list(unused)));
+        fmt::format("ignored columns, which are not free coordinates of the model: {}", name_list(unused)));
   return out;
 }
 
@@ -220,7 +220,7 @@ Result<RecordedEfforts> efforts_of(const System& system, const RecordedPositions
   out.residuals = residuals_of(system, out.efforts);
   if (outside > 0)
     out.warnings.push_back(
-        "measured forces do not cover the whole motion: outside of their samples they are zero");
+        "the measured forces do not cover the whole motion; outside their samples they are zero");
   judge_residuals(out);
   return out;
 }

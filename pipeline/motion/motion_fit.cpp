@@ -68,10 +68,10 @@ Result<Followed> choose_markers(const Scene& scene, const MarkerMotion& recordin
                                                 printable_list(recording.names)));
   if (!not_in_model.empty())
     out.warnings.push_back(
-        fmt::format("not followed, since the model does not have them: {}", printable_list(not_in_model)));
+        fmt::format("not followed, because the model lacks them: {}", printable_list(not_in_model)));
   if (!not_recorded.empty())
     out.warnings.push_back(
-        fmt::format("not followed, since they were not recorded: {}", printable_list(not_recorded)));
+        fmt::format("not followed, because the recording lacks them: {}", printable_list(not_recorded)));
   return out;
 }
 
@@ -83,12 +83,13 @@ Result<void> choose_coordinates(const System& system, const MotionFitRequest& re
         (!request.coordinate_values ||
          std::find(request.coordinate_values->columns.begin(), request.coordinate_values->columns.end(),
                    task.coordinate) == request.coordinate_values->columns.end()))
-      return bad_use(fmt::format("coordinate task '{}'", printable(task.coordinate)),
-                     "takes its values from a file that was not given or has no such column");
+      return bad_use(
+          fmt::format("coordinate task '{}'", printable(task.coordinate)),
+          "takes its values from the set-up's coordinate_file, which is not given or has no such column");
     if (!find_named(system.coordinates, task.coordinate)) {
-      followed.warnings.push_back(
-          fmt::format("the task for the coordinate '{}' is left out: the model has no such free coordinate",
-                      printable(task.coordinate)));
+      followed.warnings.push_back(fmt::format(
+          "the task for the coordinate '{}' was left out, because the model has no such free coordinate",
+          printable(task.coordinate)));
       continue;
     }
     followed.coordinates.push_back({task.coordinate, task.weight});
@@ -200,7 +201,7 @@ void tell_frames(const System& system, const MotionFit& fit, std::vector<std::st
   }
   if (unfinished > 0)
     warnings.push_back(
-        fmt::format("{} of {} frames did not converge; their positions are the best that were found",
+        fmt::format("the fit did not converge in {} of {} frames; the best positions found were kept",
                     unfinished, fit.frames.size()));
   for (int u = 0; u < system.nv; ++u)
     if (held[std::size_t(u)] > 0)
@@ -231,11 +232,9 @@ Result<MotionFit> fit_motion(const Scene& scene, const System& system, const Mar
   if (!followed) return tl::unexpected(followed.error());
   if (auto chosen = choose_coordinates(system, request, *followed); !chosen)
     return tl::unexpected(chosen.error());
-  auto fit = MarkerFit::create(system, followed->markers, followed->coordinates,
-                               {.tolerance = 1e-8,
-                                .most_iterations = 100,
-                                .within_ranges = request.within_ranges,
-                                .rest_weights = request.rest_weights});
+  auto fit =
+      MarkerFit::create(system, followed->markers, followed->coordinates,
+                        {.tolerance = 1e-8, .most_iterations = 100, .rest_weights = request.rest_weights});
   if (!fit) return tl::unexpected(fit.error());
 
   MotionFit out;
@@ -266,7 +265,7 @@ Result<MotionFit> fit_motion(const Scene& scene, const System& system, const Mar
     if (!frame) return tl::unexpected(frame.error());
     if (out.frames.empty())
       if (const auto names = fit->undetermined(); !names.empty())
-        out.warnings.push_back(fmt::format("no followed marker determines {}: they stay where they start",
+        out.warnings.push_back(fmt::format("no followed marker determines {}; they keep their initial values",
                                            printable_list(names)));
     out.times.push_back(t);
     rows.push_back(q);
@@ -278,7 +277,7 @@ Result<MotionFit> fit_motion(const Scene& scene, const System& system, const Mar
                                             : "no frame of the recording shows a marker of the model");
   if (unseen > 0)
     out.warnings.push_back(
-        fmt::format("{} of {} frames show no marker of the model and are left out", unseen, in_range));
+        fmt::format("left out {} of {} frames, which show no marker of the model", unseen, in_range));
   out.q.resize(Eigen::Index(rows.size()), system.nq);
   out.errors.resize(Eigen::Index(rows.size()), measured.cols());
   for (std::size_t f = 0; f < rows.size(); ++f) {

@@ -22,7 +22,6 @@ struct MotionFitRequest {
   std::optional<MotionTable> coordinate_values;  ///< of tasks `from_file`
   std::pair<double, double> time_range{-std::numeric_limits<double>::infinity(),
                                        std::numeric_limits<double>::infinity()};
-  bool within_ranges = true;
   Eigen::VectorXd rest_weights = {};     ///< as MarkerFitSettings::rest_weights
   std::function<void(double)> progress;  ///< called with the share done, 0 to 1; may be empty
 };

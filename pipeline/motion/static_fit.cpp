@@ -128,9 +128,11 @@ Result<StaticFit> fit_static(const Scene& scene, const MarkerMotion& trial, cons
     for (std::size_t b = 0; b < out.factors.size(); ++b) {
       const double s = (*factors)[Eigen::Index(b)];
       if (!(s > 0.2 && s < 5))
-        return bad_use("static trial",
-                       fmt::format("would scale '{}' by {:.2f}: the trial does not show this model",
-                                   printable(scene.solids[b].name), s));
+        return bad_use(
+            "static trial",
+            fmt::format(
+                "would scale '{}' by {:.2f}, expected 0.2 to 5; check the trial's unit and marker names",
+                printable(scene.solids[b].name), s));
       change = std::max(change, std::abs(s - out.factors[b]));
       out.factors[b] = s;
     }
@@ -143,7 +145,7 @@ Result<StaticFit> fit_static(const Scene& scene, const MarkerMotion& trial, cons
     if (!pose) return tl::unexpected(pose.error());
     q = pose->q.row(0).transpose();
   }
-  if (turns == most_turns) out.warnings.push_back("the factors still changed when the fit ended");
+  if (turns == most_turns) out.warnings.push_back("the scale factors had not converged when the fit ended");
   out.rms_after = pose->rms();
 
   double mean_factor = 0;
@@ -153,13 +155,11 @@ Result<StaticFit> fit_static(const Scene& scene, const MarkerMotion& trial, cons
     if (std::abs(out.factors[b] / mean_factor - 1) > 0.15)
       odd.push_back(fmt::format("{} {:.2f}", printable(scene.solids[b].name), out.factors[b]));
   if (!odd.empty())
-    out.warnings.push_back(
-        fmt::format("factors that differ from the mean, {:.2f}, by more than 15 %: {}; the model's shape or "
-                    "markers may not be this "
-                    "person's: look at the marker errors, or scale the whole body by one factor",
-                    mean_factor, name_list(odd)));
-  MassScaling masses{.rule = request.keep_masses ? MassScaling::Rule::kept : MassScaling::Rule::by_volume,
-                     .factor = 1};
+    out.warnings.push_back(fmt::format(
+        "scale factors differ from their mean, {:.2f}, by more than 15 %: {}; the model's proportions or "
+        "markers may not fit this person: check the marker errors, or leave out --per-segment",
+        mean_factor, name_list(odd)));
+  MassScaling masses{.rule = MassScaling::Rule::by_volume, .factor = 1};
   auto whole = scaled(scene, out.factors, masses);
   auto mass = total_mass(whole.scene);
   if (!mass) return tl::unexpected(mass.error());

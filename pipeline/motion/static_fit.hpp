@@ -12,7 +12,6 @@ namespace borelli {
 
 struct StaticFitRequest {
   bool per_segment = false;            ///< a factor for each solid; false: one for the whole model
-  bool keep_masses = false;            ///< masses stay those of the model
   std::optional<double> mass;          ///< kg, of the whole body; empty: masses scale with volume
   bool move_markers = true;            ///< move the model's markers to their places in the trial
   Eigen::VectorXd rest_weights = {};   ///< as MarkerFitSettings::rest_weights

@@ -138,7 +138,7 @@ class BvhReader {
     if (!end_site && name.empty()) return words_.refuse("has a joint without a name, expected one");
     if (end_site && !lower_case(name).starts_with("site")) return words_.unexpected_word("End", "End Site");
     if (!end_site && !names_.insert(joint.name).second)
-      return words_.refuse(fmt::format("names the joint '{}' a second time", printable(name)));
+      return words_.refuse(fmt::format("lists the joint '{}' twice; remove one", printable(name)));
     if (const auto brace = words_.next(); brace != "{")
       return words_.unexpected_word(brace, "an opening brace");
     if (out_.joints.size() >= most_joints)
@@ -151,7 +151,7 @@ class BvhReader {
 
   Result<void> close_joint() {
     if (!has_offset_.back())
-      return words_.refuse(fmt::format("ends {} without an OFFSET, expected one", described(open_.back())));
+      return words_.refuse(fmt::format("ends {} before its OFFSET", described(open_.back())));
     open_.pop_back();
     has_offset_.pop_back();
     return {};
@@ -164,7 +164,7 @@ class BvhReader {
 
   Result<void> read_offset(BvhJoint& joint) {
     if (has_offset_.back())
-      return words_.refuse(fmt::format("gives {} a second OFFSET, expected one", described(open_.back())));
+      return words_.refuse(fmt::format("gives {} two OFFSETs, expected one", described(open_.back())));
     for (double& part : joint.offset) {
       const std::string_view word = words_.next();
       const auto number = finite_number(word);
@@ -178,7 +178,7 @@ class BvhReader {
   Result<void> read_channels(BvhJoint& joint) {
     if (!joint.channels.empty())
       return words_.refuse(
-          fmt::format("gives {} CHANNELS twice, expected them once", described(open_.back())));
+          fmt::format("gives {} two lists of CHANNELS, expected one", described(open_.back())));
     const std::string_view told = words_.next();
     const auto count = integer_number(told);
     if (!count || *count < 0 || *count > most_joint_channels)
@@ -230,16 +230,16 @@ class BvhReader {
     const Eigen::Index channels = out_.first_channels().back();
     out_.values.resize(0, channels);
     if (!has_motion_) {
-      out_.warnings.emplace_back("The file holds a skeleton without MOTION.");
+      out_.warnings.emplace_back("The file contains a skeleton but no MOTION.");
       return {};
     }
     const auto frames = setting({"frames"}, "Frames: and their number");
     if (!frames) return tl::unexpected(frames.error());
     const auto time = setting({"frame", "time"}, "Frame Time: and the seconds of a frame");
     if (!time) return tl::unexpected(time.error());
-    if (*frames < 0) return words_.refuse(fmt::format("has {:g} frames, expected none below zero", *frames));
+    if (*frames < 0) return words_.refuse(fmt::format("has {:g} frames, expected 0 or more", *frames));
     if (!(*time > 0))
-      return words_.refuse(fmt::format("has the frame time {:g} s, expected more than zero", *time));
+      return words_.refuse(fmt::format("has the frame time {:g} s, expected a positive number", *time));
     out_.frame_time = *time;
     if (auto fits = admit_memory(file_, "its motion", 8.0 * static_cast<double>(bytes_)); !fits) return fits;
     auto numbers = read_rows(channels);
@@ -248,8 +248,8 @@ class BvhReader {
     using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
     out_.values = Eigen::Map<const RowMajor>(numbers->data(), count, channels);
     if (*frames != static_cast<double>(count))
-      out_.warnings.push_back(
-          fmt::format("MOTION tells of {:g} frames; the {} that are there were read.", *frames, count));
+      out_.warnings.push_back(fmt::format(
+          "MOTION announces {:g} frames, but the file contains {}; those were read.", *frames, count));
     return {};
   }
 
@@ -259,8 +259,8 @@ class BvhReader {
       const auto row = blank_words(words_.row());
       if (row.empty()) continue;
       if (std::ssize(row) != channels)
-        return words_.refuse(
-            fmt::format("has {} numbers, expected {} as the hierarchy has channels", row.size(), channels));
+        return words_.refuse(fmt::format("has {} numbers, expected {}: one per channel of the hierarchy",
+                                         row.size(), channels));
       for (const std::string_view word : row) {
         const auto number = finite_number(word);
         if (!number)

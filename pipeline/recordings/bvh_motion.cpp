@@ -98,9 +98,9 @@ std::optional<double> guessed_bvh_unit(const BvhMotion& motion) {
 Result<MarkerMotion> bvh_markers(const BvhMotion& motion, double metres, const std::string& file,
                                  BvhPositions positions) {
   const Eigen::Index frames = motion.values.rows();
-  if (frames == 0) return failure(file, "holds no frame, so there is no motion of its joints");
+  if (frames == 0) return failure(file, "contains no frame of motion");
   if (!(metres > 0) || !std::isfinite(metres))
-    return bad_use(file, fmt::format("has a unit of {:g} m, expected more than zero", metres));
+    return bad_use(file, fmt::format("has a unit of {:g} m, expected a positive number", metres));
   const double bytes = 24.0 * static_cast<double>(frames) * static_cast<double>(motion.joints.size());
   if (auto fits = admit_memory(file, "its joint centres", bytes); !fits) return tl::unexpected(fits.error());
   MarkerMotion out;
@@ -112,14 +112,14 @@ Result<MarkerMotion> bvh_markers(const BvhMotion& motion, double metres, const s
     for (std::size_t joint = 0; joint < X_W.size(); ++joint)
       places.col(static_cast<Eigen::Index>(joint)) = X_W[joint].p * metres;
     if (!places.allFinite())
-      return failure(file, fmt::format("puts a joint out of all bounds in frame {}", frame + 1));
+      return failure(file, fmt::format("places a joint impossibly far away in frame {}", frame + 1));
     out.times.push_back(static_cast<double>(frame) * motion.frame_time);
     out.frames.push_back(std::move(places));
   }
   if (!std::isfinite(out.times.back()) ||
       (frames > 1 && !(out.times.back() > out.times[out.times.size() - 2])))
-    return failure(
-        file, fmt::format("has the frame time {:g} s, with which its times do not rise", motion.frame_time));
+    return failure(file, fmt::format("has the frame time {:g} s, too short to tell its frames apart",
+                                     motion.frame_time));
   return out;
 }
 

@@ -31,7 +31,8 @@ std::vector<MotionEvent> events_of_group(const C3dParameters& parameters,
   const std::vector<std::string> descriptions = parameters.texts("EVENT", "DESCRIPTIONS");
   const double used = parameters.count("EVENT", "USED").value_or(static_cast<double>(times.size() / 2));
   if (used > static_cast<double>(times.size() / 2))
-    warnings.push_back(fmt::format("EVENT:USED is {:g}, but EVENT:TIMES holds {}", used, times.size() / 2));
+    warnings.push_back(
+        fmt::format("EVENT:USED is {:g}, but EVENT:TIMES contains {}", used, times.size() / 2));
   const auto entry = [](const std::vector<std::string>& texts, std::size_t i) {
     return i < texts.size() ? texts[i] : std::string{};
   };

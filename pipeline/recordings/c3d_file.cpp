@@ -98,13 +98,14 @@ class C3dReader {
     if (bytes_.size() < 512)
       return failure(file_, fmt::format("has {} bytes, too few for a C3D file", bytes_.size()));
     if (bytes_[1] != 0x50)
-      return failure(file_, fmt::format("is no C3D file: its second byte is {}, expected 80",
+      return failure(file_, fmt::format("is not a C3D file: its second byte is {}, expected 80",
                                         static_cast<std::uint8_t>(bytes_[1])));
     const std::size_t block = static_cast<std::uint8_t>(bytes_[0]);
     const std::size_t start = 512 * (std::max<std::size_t>(block, 1) - 1);
     if (block < 2 || start + 4 > bytes_.size())
-      return failure(file_, fmt::format("has its parameters in block {}, but holds {} blocks", block,
-                                        bytes_.size() / 512));
+      return failure(
+          file_, fmt::format("has its parameters in block {}, but only {} blocks; it is cut off or damaged",
+                             block, bytes_.size() / 512));
     const auto processor = c3d_processor(static_cast<std::uint8_t>(bytes_[start + 3]));
     if (!processor)
       return failure(file_, fmt::format("names processor {}, expected 84 (Intel), 85 (DEC) or 86 (MIPS)",
@@ -131,7 +132,7 @@ class C3dReader {
       return failure(file_,
                      fmt::format("has POINT:UNITS '{}', expected mm, cm, dm, m, in or ft", printable(unit)));
     if (!metres && layout_.points != 0)
-      out_.warnings.push_back("POINT:UNITS is missing: lengths are taken as mm");
+      out_.warnings.push_back("POINT:UNITS is missing; lengths were read as mm");
     metres_ = metres.value_or(0.001);
     return {};
   }
@@ -219,7 +220,7 @@ class C3dReader {
           {unsigned_ && offset < 0 ? offset + 65536 : offset, general * (i < scales.size() ? scales[i] : 1)});
     }
     if (scales.size() < layout_.channels)
-      out_.warnings.push_back(fmt::format("{} of {} analog channels have no ANALOG:SCALE: theirs is 1",
+      out_.warnings.push_back(fmt::format("{} of {} analog channels have no ANALOG:SCALE; 1 was used",
                                           layout_.channels - scales.size(), layout_.channels));
     return out;
   }
@@ -275,7 +276,7 @@ class C3dReader {
     }
     if (up && (mean_marker() - centre).dot(*up) < 0) {
       out_.warnings.push_back(
-          "the markers stand below the force plates by POINT:Y_SCREEN: up is turned round");
+          "by POINT:Y_SCREEN the markers lie below the force plates, so the upward axis was reversed");
       up = -*up;
     }
     Index nearest = 0;

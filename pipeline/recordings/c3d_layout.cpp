@@ -151,8 +151,9 @@ Result<C3dLayout> c3d_layout(std::string_view bytes, C3dProcessor processor, con
   C3dLayout scaled = out;
   take_scale(scaled, parameters);
   if (!out.real && std::abs(scaled.scale - out.scale) > 1e-5 * out.scale)
-    warnings.push_back(fmt::format("POINT:SCALE is {:g}, the header's scale {:g}: the header's is taken",
-                                   scaled.scale, out.scale));
+    warnings.push_back(
+        fmt::format("POINT:SCALE is {:g}, but the header's scale is {:g}; the header's was used",
+                    scaled.scale, out.scale));
   const C3dLayout first = out;
   for (const C3dLayout& other : {scaled, counted, layout_of_header(header)})
     if (!same_place(out, other) && fits_better(other, out, bytes.size())) {
@@ -161,9 +162,11 @@ Result<C3dLayout> c3d_layout(std::string_view bytes, C3dProcessor processor, con
       if (is_rate(rate)) out.rate = rate;
     }
   if (!same_place(out, first))
-    warnings.push_back(fmt::format("header and parameters differ: {} do not fit the file, {} do",
-                                   layout_in_words(first), layout_in_words(out)));
-  if (out.points == 0 && out.channels == 0) return failure(file, "holds no points and no analog channels");
+    warnings.push_back(
+        fmt::format("header and parameters differ: {} do not fit the file's size, {} do and were used",
+                    layout_in_words(first), layout_in_words(out)));
+  if (out.points == 0 && out.channels == 0)
+    return failure(file, "contains neither points nor analog channels");
   if (out.frames == 0) return failure(file, "holds no frames");
   if (!frames_fit(out, bytes.size()))
     return failure(file,

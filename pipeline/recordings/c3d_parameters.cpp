@@ -48,7 +48,8 @@ class C3dSectionReader {
       if (!record) return tl::unexpected(record.error());
       if (record->name.empty()) break;
       if (!is_parameter_name(record->name)) {
-        warnings_.push_back(fmt::format("the parameter section is damaged from byte {} on", at));
+        warnings_.push_back(fmt::format(
+            "the parameter section is damaged from byte {} on; later parameters were not read", at));
         break;
       }
       if (record->group < 0)
@@ -114,7 +115,7 @@ class C3dSectionReader {
     }
     const auto size = static_cast<std::size_t>(std::abs(type));
     if (record.next != 0 && count > (record.next - std::min(record.next, data)) / size)
-      return warn(record.name, "reaches into the next one and is left out"), Result<void>{};
+      return warn(record.name, "overlaps the next one and was left out"), Result<void>{};
     if (count > (bytes_.size() - data) / size) return cut_short(record.at);
     read_values(parameter, type, data, count);
     found_.push_back({record.group, record.name, std::move(parameter)});

@@ -69,8 +69,9 @@ class C3dPlateReader {
     else if (out.type == 3)
       return left_out(out.name, "has no FORCE_PLATFORM:ORIGIN");
     else if (out.type != 1)
-      warnings_.push_back(
-          fmt::format("{} has no FORCE_PLATFORM:ORIGIN: its moments are taken about the surface", out.name));
+      warnings_.push_back(fmt::format(
+          "{} has no FORCE_PLATFORM:ORIGIN, so its moments were taken about a point of the surface",
+          out.name));
     if (!out.origin.allFinite()) return left_out(out.name, "has an ORIGIN that is not finite");
     if (const auto axes = plate_axes(out); !axes) return left_out(out.name, axes.error().what);
     if (!read_channels(out, i)) return std::nullopt;
@@ -115,7 +116,7 @@ class C3dPlateReader {
     if (plate.type == 4) {
       if (letters_of(rows_of[2]->unit) == "v") return left_out(plate.name, "has no CAL_MATRIX"), false;
       warnings_.push_back(
-          fmt::format("{} has no CAL_MATRIX: its channels are taken as they are", plate.name));
+          fmt::format("{} has no CAL_MATRIX, so its channels were not calibrated", plate.name));
     }
     for (std::size_t row = 0; row < rows; ++row) {
       const std::string& unit = rows_of[row]->unit;

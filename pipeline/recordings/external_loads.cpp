@@ -70,11 +70,11 @@ class LoadsReader {
       out_.disabled.push_back(name);
       return;
     }
-    if (load.body.empty()) element.refuse("names no applied_to_body, expected the body that it acts on");
+    if (load.body.empty()) element.refuse("has no applied_to_body; name the body that it acts on");
     if (force.empty() && torque.empty())
-      element.refuse("has neither a force_identifier nor a torque_identifier, expected one at least");
+      element.refuse("has neither a force_identifier nor a torque_identifier; give at least one");
     if (force.empty() && !point.empty())
-      element.refuse("has a point_identifier without a force_identifier, expected both");
+      element.refuse("has a point_identifier but no force_identifier; give both");
     if (load.force_body.empty()) load.force_body = "ground";
     if (point.empty())
       load.point_body = load.body;
@@ -98,7 +98,7 @@ class LoadsReader {
     for (int axis = 0; axis < 3; ++axis) out.row(axis) = table_.values.col(columns->column[axis]).transpose();
     if (!columns->in_order)
       out_.warnings.push_back(fmt::format(
-          "The columns of '{}' do not end in x, y, z or 1, 2, 3; their order in the table was taken.",
+          "The columns of '{}' do not end in x, y, z or 1, 2, 3; they were read in the table's order.",
           printable(identifier)));
     return out;
   }
@@ -108,7 +108,7 @@ class LoadsReader {
       return values.array().isNaN().colwise().any().count();
     };
     if (const auto count = gaps(load.measured.force) + gaps(load.measured.moment); count > 0)
-      out_.warnings.push_back(fmt::format("The force or moment of '{}' is no number {} times.",
+      out_.warnings.push_back(fmt::format("The force or moment of '{}' is not a number in {} rows.",
                                           printable(load.measured.name), count));
   }
 
@@ -124,13 +124,12 @@ Result<ExternalLoads> read_loads(const XmlElement& root, const std::filesystem::
   for (const XmlElement* element : set_objects(&object)) {
     if (element->name == "PrescribedForce")
       element->refuse(
-          "is how OpenSim before 2.3.1 wrote external loads; open the file in a later OpenSim, save it "
-          "and read that");
+          "is in the format of OpenSim before 2.3.1; open the file in a later OpenSim and save it");
     if (element->name == "ExternalForce") forces.push_back(element);
   }
   out.data_file = property_path(object, "datafile");
   if (!given.empty()) out.data_file = given;
-  if (out.data_file.empty()) object.refuse("names no datafile, expected the table of its forces");
+  if (out.data_file.empty()) object.refuse("has no datafile; name the table of its forces");
   const auto table = read_motion_table(out.data_file);
   if (!table)
     throw XmlRefusal{
@@ -138,14 +137,14 @@ Result<ExternalLoads> read_loads(const XmlElement& root, const std::filesystem::
   for (const std::string& warning : table->warnings)
     out.warnings.push_back(fmt::format("{}: {}", out.data_file.string(), warning));
   if (forces.size() > most_loads)
-    object.refuse(fmt::format("holds {} loads, expected at most {}", forces.size(), most_loads));
+    object.refuse(fmt::format("contains {} loads, expected at most {}", forces.size(), most_loads));
   const double bytes =
       80.0 * static_cast<double>(forces.size()) * static_cast<double>(table->table.times.size());
   if (auto fits = admit_memory(object.where(), "its loads", bytes); !fits) throw XmlRefusal{fits.error()};
   LoadsReader reader(table->table, out);
   for (const XmlElement* force : forces) reader.read(*force);
   if (out.loads.empty() && out.disabled.empty())
-    object.refuse("holds no <ExternalForce>, expected one at least");
+    object.refuse("contains no <ExternalForce>, expected at least one");
   out.not_modelled = not_read(root);
   return out;
 }
@@ -166,7 +165,7 @@ Result<IdentifiedColumns> identified_columns(const MotionTable& table, const std
   if (const auto ordered = by_axis(table, identifier.size(), found)) return *ordered;
   if (const auto ordered = by_axis(table, identifier.size(), exact_ones)) return *ordered;
   if (found.size() == 3) return IdentifiedColumns{{found[0], found[1], found[2]}, false};
-  return bad_use(where, fmt::format("the identifier '{}' finds {} columns of the table{}, expected three",
+  return bad_use(where, fmt::format("the identifier '{}' fits {} columns of the table{}, expected three",
                                     printable(identifier), found.size(),
                                     names.empty() ? "" : " (" + name_list(names, 6) + ")"));
 }

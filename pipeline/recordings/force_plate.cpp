@@ -75,9 +75,10 @@ Eigen::MatrixXd without_baseline(const ForcePlate& plate, std::vector<std::strin
   const double mean = load.segment(first, end - first).mean();
   if (!(std::abs(mean) <= greatest(load.cwiseAbs()) / 10)) {
     if (std::abs(mean) > least_plate_load)
-      warnings.push_back(fmt::format(
-          "{} carries {:.0f} N while FORCE_PLATFORM:ZERO calls it unloaded: no baseline is taken off",
-          plate.name, std::abs(mean)));
+      warnings.push_back(
+          fmt::format("{} carries {:.0f} N in the frames that FORCE_PLATFORM:ZERO calls unloaded, so no "
+                      "baseline was subtracted",
+                      plate.name, std::abs(mean)));
     return out;
   }
   const Eigen::VectorXd baseline = out.middleCols(first, end - first).rowwise().mean();
@@ -90,8 +91,8 @@ Eigen::MatrixXd without_baseline(const ForcePlate& plate, std::vector<std::strin
 Vector3d upward_origin(const ForcePlate& plate, double z_up, std::vector<std::string>& warnings) {
   Vector3d out = plate.origin;
   if (plate.type == 1 || !(out.z() * z_up < 0)) return out;
-  warnings.push_back(fmt::format("ORIGIN of {} has the wrong sign ({:g} m along z) and is turned round",
-                                 plate.name, out.z()));
+  warnings.push_back(
+      fmt::format("ORIGIN of {} has the wrong sign ({:g} m along z) and was reversed", plate.name, out.z()));
   if (plate.type == 3)
     out.z() = -out.z();
   else
@@ -139,8 +140,8 @@ Result<MeasuredForce> measured_force(const ForcePlate& plate, const std::vector<
   const double push = greatest(z_up * wrench.force.row(2)), pull = greatest(-z_up * wrench.force.row(2));
   if (pull > 50 && pull > 2 * push) {
     warnings.push_back(
-        fmt::format("{} would pull with {:.0f} N: its file holds what the body does to the plate, "
-                    "and all signs are changed",
+        fmt::format("{} would pull with {:.0f} N, so the file states the body's force on the plate; all "
+                    "signs were changed",
                     plate.name, pull));
     wrench.force = -wrench.force;
     wrench.moment = -wrench.moment;
@@ -148,8 +149,8 @@ Result<MeasuredForce> measured_force(const ForcePlate& plate, const std::vector<
 
   const bool has_point = plate.type != 3 || (origin.x() != 0 && origin.y() != 0);
   if (!has_point)
-    warnings.push_back(
-        fmt::format("{} does not tell where its sensors are in ORIGIN: no centre of pressure", plate.name));
+    warnings.push_back(fmt::format(
+        "{} has no sensor positions in ORIGIN, so its centre of pressure is unknown", plate.name));
   MeasuredForce out{plate.name, times, R_WP * wrench.force, {}, {}};
   const Vector3d centre = plate.corners.rowwise().mean();
   const double nan = std::numeric_limits<double>::quiet_NaN();

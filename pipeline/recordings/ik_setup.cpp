@@ -15,7 +15,7 @@ namespace {
 double weight_of(const XmlElement& task) {
   const double weight = property_number(task, "weight", 0);
   if (weight < 0 || std::isinf(weight))
-    task.refuse(fmt::format("has the weight {:g}, expected a finite number of zero or more", weight));
+    task.refuse(fmt::format("has the weight {:g}, expected 0 or a positive number", weight));
   return weight;
 }
 
@@ -35,14 +35,14 @@ void read_task(const XmlElement& task, InverseKinematicsSetup& out) {
   task.read = true;
   const std::string name = task.text("name");
   if (name.empty())
-    task.refuse(fmt::format("has no name, expected that of a {}", of_marker ? "marker" : "coordinate"));
+    task.refuse(fmt::format("has no name; give it that of a {}", of_marker ? "marker" : "coordinate"));
   const bool apply = property_flag(task, "apply", true);
   if (of_marker) {
     out.markers.push_back({name, apply, weight_of(task)});
     return;
   }
   const double value = property_number(task, "value", 0);
-  if (std::isinf(value)) task.refuse("has an infinite value, expected a finite one");
+  if (std::isinf(value)) task.refuse("has an infinite value, expected a finite number");
   out.coordinates.push_back({component_name(name), apply, weight_of(task), target_of(task), value});
 }
 
@@ -62,8 +62,7 @@ InverseKinematicsSetup ik_setup_of(const XmlElement& root) {
   const XmlElement& tool =
       opensim_object(root, {"InverseKinematicsTool", "IKTool", "InverseKinemtaticsTool"});
   if (const XmlElement* trials = tool.child("IKTrialSet"))
-    trials->refuse(
-        "is how OpenSim before 2.3 wrote set-ups; open the file in a later OpenSim, save it and read that");
+    trials->refuse("is in the format of OpenSim before 2.3; open the file in a later OpenSim and save it");
   InverseKinematicsSetup out;
   out.name = tool.text("name");
   out.model_file = property_path(tool, "model_file");
@@ -75,10 +74,10 @@ InverseKinematicsSetup ik_setup_of(const XmlElement& root) {
   for (const XmlElement* task : set_objects(set)) read_task(*task, out);
   if (set) refuse_doubled(*set, out);
   out.constraint_weight = property_number(tool, "constraint_weight", out.constraint_weight);
-  if (out.constraint_weight < 0) tool.refuse("has a constraint_weight below zero");
+  if (out.constraint_weight < 0) tool.refuse("has a negative constraint_weight, expected 0 or more");
   out.accuracy = property_number(tool, "accuracy", out.accuracy);
   if (!(out.accuracy > 0) || std::isinf(out.accuracy))
-    tool.refuse(fmt::format("has the accuracy {:g}, expected a finite number above zero", out.accuracy));
+    tool.refuse(fmt::format("has the accuracy {:g}, expected a positive number", out.accuracy));
   out.time_range = property_range(tool, "time_range");
   out.report_errors = property_flag(tool, "report_errors", out.report_errors);
   out.report_marker_locations = property_flag(tool, "report_marker_locations", out.report_marker_locations);

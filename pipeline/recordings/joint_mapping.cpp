@@ -55,10 +55,11 @@ Result<JointMapping> parse_joint_mapping(std::string_view text, const std::strin
       return bad_use(where, fmt::format("'{}' is not a place on the body{}", printable(segment),
                                         suggestion(segment, segments)));
     if (!seen.emplace(joint).second)
-      return bad_use(where, fmt::format("names the joint '{}' a second time", printable(joint)));
+      return bad_use(where, fmt::format("lists the joint '{}' twice; remove one", printable(joint)));
     out.entries.push_back({std::string(joint), std::string(segment), rows.number()});
   }
-  if (out.entries.empty()) return bad_use(file, "maps no joint, expected lines with a joint and its segment");
+  if (out.entries.empty())
+    return bad_use(file, "contains no line; expected lines like 'LeftUpLeg = thigh_left'");
   return out;
 }
 
@@ -75,8 +76,8 @@ Result<void> check_joints(const JointMapping& mapping, const std::vector<std::st
   for (const JointMapping::Entry& entry : mapping.entries)
     if (!known.contains(entry.joint))
       return bad_use(fmt::format("{}:{}", file, entry.line),
-                     fmt::format("names the joint '{}', which the motion does not have{}",
-                                 printable(entry.joint), suggestion(entry.joint, joints)));
+                     fmt::format("lists '{}', which is not in the motion{}", printable(entry.joint),
+                                 suggestion(entry.joint, joints)));
   return {};
 }
 

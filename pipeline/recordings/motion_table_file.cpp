@@ -73,7 +73,7 @@ class MotionTableReader {
       if (first && !is_header_key(at.key)) out_.table.name = plain_title(line);
       first = false;
     }
-    return bad_use(file_, "has no line 'endheader', expected a header as in OpenSim's .mot and .sto files");
+    return bad_use(file_, "has no line 'endheader'; expected a table as OpenSim writes it (.mot, .sto)");
   }
 
   // One line of the header.
@@ -132,7 +132,7 @@ class MotionTableReader {
     std::set<std::string_view> seen;
     for (std::size_t i = 0; i < names.size(); ++i) {
       if (!seen.insert(names[i]).second)
-        return refuse(fmt::format("names the column '{}' twice", printable(names[i])));
+        return refuse(fmt::format("has two columns '{}'; rename one", printable(names[i])));
       if (!time_ && lower_case(names[i]) == "time")
         time_ = i;
       else
@@ -140,11 +140,10 @@ class MotionTableReader {
     }
     width_ = names.size();
     if (!time_ && !range_)
-      return refuse(
-          fmt::format("names no column 'time' (its first is '{}'), expected it first", printable(names[0])));
+      return refuse(fmt::format("has '{}' as its first column, expected 'time'", printable(names[0])));
     if (columns_told_ && *columns_told_ != static_cast<double>(width_))
       out_.warnings.push_back(fmt::format(
-          "The header tells of {:g} columns; the {} that are named were read.", *columns_told_, width_));
+          "The header announces {:g} columns, but {} are named; those were read.", *columns_told_, width_));
     return {};
   }
 
@@ -180,13 +179,13 @@ class MotionTableReader {
           std::ranges::count(rows_.line(), '\t') + 1 >= static_cast<std::ptrdiff_t>(width_))
         cells.resize(width_);
       if (cells.size() != width_)
-        return refuse(fmt::format("has {} numbers, expected {} as there are columns", cells.size(), width_));
+        return refuse(fmt::format("has {} numbers, expected {}: one per column", cells.size(), width_));
       for (std::size_t i = 0; i < width_; ++i)
         if (auto fine = take_number(cells[i], i); !fine) return fine;
       row_lines_.push_back(rows_.number());
       drop_repeated_row();
     }
-    if (row_lines_.empty()) return bad_use(file_, "holds no row after its column names");
+    if (row_lines_.empty()) return bad_use(file_, "contains no row below its column names");
     return {};
   }
 
@@ -216,7 +215,7 @@ class MotionTableReader {
     const std::size_t count = row_lines_.size();
     if (!time_) {
       if (count > 1 && !(range_->second > range_->first))
-        return bad_use(file_, fmt::format("has {} rows over a range of no time", count));
+        return bad_use(file_, fmt::format("has {} rows, but its time range is zero", count));
       for (std::size_t i = 0; i < count; ++i)
         times.push_back(count == 1
                             ? range_->first
@@ -235,10 +234,10 @@ class MotionTableReader {
     const std::size_t count = row_lines_.size();
     if (repeated_ > 0)
       out_.warnings.push_back(fmt::format(
-          "The time of the row before is repeated {} times; the first row of each was kept.", repeated_));
+          "{} rows repeat the time of the row before; the first row of each time was kept.", repeated_));
     if (rows_told_ && *rows_told_ != static_cast<double>(count + repeated_))
-      out_.warnings.push_back(
-          fmt::format("The header tells of {:g} rows; the {} that are there were read.", *rows_told_, count));
+      out_.warnings.push_back(fmt::format(
+          "The header announces {:g} rows, but the file contains {}; those were read.", *rows_told_, count));
     using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
     out_.table.values = Eigen::Map<const RowMajor>(numbers_.data(), static_cast<Eigen::Index>(count),
                                                    std::ssize(out_.table.columns));

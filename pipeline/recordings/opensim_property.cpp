@@ -54,12 +54,13 @@ const XmlElement& opensim_object(const XmlElement& root, const std::vector<std::
   root.read = true;
   if (is_it(root)) return root;
   if (root.name != "OpenSimDocument")
-    root.refuse(fmt::format("is no <{}>, expected it or an <OpenSimDocument> that holds it", names[0]));
+    root.refuse(
+        fmt::format("is not a <{}>; expected that, or an <OpenSimDocument> that contains it", names[0]));
   root.find("Version");
   const XmlElement* found = nullptr;
   for (const XmlElement& child : root.children) {
     if (!is_it(child)) continue;
-    if (found) child.refuse("is a second one in the file; expected one");
+    if (found) child.refuse("is the second one in the file; expected one");
     found = &child;
   }
   if (!found)

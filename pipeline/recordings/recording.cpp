@@ -48,9 +48,11 @@ Result<Recording> recording_from_bvh(const std::filesystem::path& path, double u
   if (unit == 0) {
     const auto guessed = guessed_bvh_unit(*bvh);
     if (!guessed)
-      return bad_use(path.string(), "its skeleton has no extent that tells the unit of length; give it");
+      return bad_use(path.string(),
+                     "has a skeleton whose size does not tell the unit of length; give --bvh-unit");
     unit = *guessed;
-    out.warnings.push_back(fmt::format("the unit of length is not in the file; {} m is taken", unit));
+    out.warnings.push_back(
+        fmt::format("the file does not state its unit of length; {} m was used (--bvh-unit)", unit));
   }
   auto markers = bvh_markers(*bvh, unit, path.string());
   if (!markers) return tl::unexpected(markers.error());
@@ -96,7 +98,7 @@ Result<Recording> read_recording(const std::filesystem::path& path, double bvh_u
     case RecordingKind::other:
       break;
   }
-  return bad_use(path.string(), "is neither TRC, C3D nor BVH: expected a recording of markers");
+  return bad_use(path.string(), "is not a recording of markers; give a .trc, .c3d or .bvh file");
 }
 
 Result<RecordedForces> read_forces(const std::filesystem::path& path) {
@@ -108,8 +110,9 @@ Result<RecordedForces> read_forces(const std::filesystem::path& path) {
     out.warnings = loads->warnings;
     for (ExternalLoad& load : loads->loads) {
       if (load.force_body != "ground" || load.point_body != "ground")
-        return bad_use(path.string(), fmt::format("gives '{}' in the axes of a body, not of the ground",
-                                                  printable(load.measured.name)));
+        return bad_use(path.string(),
+                       fmt::format("gives the force '{}' in the axes of a body; expected those of the ground",
+                                   printable(load.measured.name)));
       out.forces.push_back(std::move(load.measured));
     }
   } else if (ending == ".mot" || ending == ".sto") {
@@ -126,7 +129,7 @@ Result<RecordedForces> read_forces(const std::filesystem::path& path) {
     out.up = recording->markers.up;
     out.forces = std::move(recording->forces);
   }
-  if (out.forces.empty()) return bad_use(path.string(), "holds no ground forces");
+  if (out.forces.empty()) return bad_use(path.string(), "contains no ground forces");
   return out;
 }
 
@@ -138,7 +141,7 @@ Result<std::vector<MeasuredForce>> forces_in(const MotionTable& table) {
     const auto force = triple(table, stem + "v"), point = triple(table, stem + "p");
     if (force.empty() || point.empty())
       return bad_use(fmt::format("column '{}'", printable(column)),
-                     fmt::format("begins a measured force, but {}{{x,y,z}} is not whole",
+                     fmt::format("belongs to a measured force, but not all of {}{{x,y,z}} are columns",
                                  printable(stem + (force.empty() ? "v" : "p"))));
     MeasuredForce one{stem.substr(0, stem.size() - 1), table.times, values_of(table, force),
                       values_of(table, point), Matrix3Xd::Zero(3, table.values.rows())};
@@ -155,9 +158,9 @@ Result<std::vector<MeasuredForce>> forces_in(const MotionTable& table) {
     out.push_back(std::move(one));
   }
   if (out.empty())
-    return bad_use(
-        "table of forces",
-        "has no columns whose names end in _vx, _vy and _vz; give the set-up (.xml) that names them");
+    return bad_use("table of forces",
+                   "has no columns whose names end in _vx, _vy and _vz; give OpenSim's external loads "
+                   "(.xml), which name them");
   return out;
 }
 

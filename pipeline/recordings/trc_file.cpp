@@ -115,8 +115,8 @@ class TrcReader {
           fmt::format("has {} coordinate labels, expected {}: three for each of the {} names in line {}",
                       labels.size(), 3 * count, count, names_line_));
     if (markers_told_ && *markers_told_ != static_cast<double>(count))
-      warn(fmt::format("The header tells of {:g} markers; the {} that are named were read.", *markers_told_,
-                       count));
+      warn(fmt::format("The header announces {:g} markers, but {} are named; those were read.",
+                       *markers_told_, count));
     return {};
   }
 
@@ -141,12 +141,12 @@ class TrcReader {
     const std::size_t count = trc_.motion.frames.size();
     if (count == 0) return bad_use(file_, "holds no frame after its header");
     if (frames_told_ && *frames_told_ != static_cast<double>(count))
-      warn(fmt::format("The header tells of {:g} frames; the {} that are there were read.", *frames_told_,
-                       count));
+      warn(fmt::format("The header announces {:g} frames, but the file contains {}; those were read.",
+                       *frames_told_, count));
     if (partly_seen_ > 0)
-      warn(
-          fmt::format("A marker lacks one or two of its coordinates {} times; it was read as not seen there.",
-                      partly_seen_));
+      warn(fmt::format(
+          "A marker lacks one or two of its coordinates {} times; it was read as not seen in these frames.",
+          partly_seen_));
     return {};
   }
 

@@ -94,9 +94,9 @@ Result<json> build_scene(RunData& data) {
   if (present.empty())
     if (const auto scan = data.scan(); scan && (*scan)->volume.quantity == Quantity::mr)
       return failure(data.settings.volume,
-                     "is an MR volume, which does not show the parts by itself; segmentation/labels.nii.gz "
-                     "and inertia/table.csv describe its tissues; for a moving body give a label map "
-                     "(--labels with --label-mapping) or the joints (--landmarks)");
+                     "is an MR volume, in which parts cannot be found without help; labels.nii.gz and "
+                     "table.csv hold its tissues; for a moving body give a label map (--labels with "
+                     "--label-mapping) or the joint centres (--landmarks)");
   SkeletonOptions options{data.settings.subject, data.settings.leap, told_absent(**table)};
   if (!data.settings.captured.motion.empty()) options.leap.reset();
   auto skeleton = build_skeleton(present, (*segmentation)->landmarks, options);

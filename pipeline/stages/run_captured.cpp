@@ -71,8 +71,8 @@ Result<ReadRecording> read_captured(const RunSettings& settings, const InputName
     append(warnings, forces->warnings);
     if (forces->up && from.forces != from.motion)
       return bad_use(from.forces,
-                     "gives forces in axes of its own, which may not be those of the markers; give this "
-                     ".c3d as the motion too, or the forces as a table (.mot)");
+                     "may use other axes than the markers' file; give this .c3d with --motion too, or give "
+                     "the forces as a table (.mot)");
     out.recording.forces = std::move(forces->forces);
     out.in_words += " and " + names.name_of(from.forces);
   }
@@ -212,7 +212,8 @@ Result<json> capture_motion(RunData& data, const StageProgress& progress) {
 
   std::optional<EffortBands> bands;
   if (settings.band_draws > 0 && (*table)->causes.empty()) {
-    warnings.emplace_back("the inertia table has no deviations, so the joint moments have no bands");
+    warnings.emplace_back(
+        "the inertia table has no standard deviations, so the joint moments have no error bands");
   } else if (settings.band_draws > 0) {
     EffortBandRequest asked;
     asked.samples = settings.band_draws;

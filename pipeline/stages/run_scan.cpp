@@ -75,7 +75,7 @@ Result<Segmentation> part_scan(RunData& data, const GreyVolume& volume, const Se
   if (volume.quantity != Quantity::mr) return segment(volume, options);
   if (data.settings.table_tolerance > 0 && data.settings.model_tolerance == 0)
     return bad_use("--table-tolerance",
-                   "does not apply to MR, where parts are found without a work grid; leave it out");
+                   "does not apply to MR volumes, whose parts are found without a work grid; leave it out");
   const auto reading = data.mr();
   if (!reading) return tl::unexpected(reading.error());
   return segment_mr(**reading, options);
@@ -162,9 +162,9 @@ Result<json> use_given_labels(RunData& data, const StageProgress& progress) {
   else
     add_warnings(found.warnings, WarningKind::landmark, Severity::doubt, {*elsewhere});
   if (found.landmarks.empty())
-    found.warnings.push_back(
-        {WarningKind::landmark, Severity::note,
-         "no landmarks were given with the labels, so joints are welded and segment frames unknown"});
+    found.warnings.push_back({WarningKind::landmark, Severity::note,
+                              "the labels came without landmarks, so joints are welded and segment frames "
+                              "are unknown; give --landmarks"});
   auto answer = hand_on(data, found, **scan);
   data.keep(std::move(found));
   return answer;

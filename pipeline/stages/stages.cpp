@@ -42,7 +42,9 @@ Result<json> outputs_of(const Stage& stage, const json& answer, const fs::path& 
   for (const auto& file : files) {
     std::error_code problem;
     const auto bytes = fs::file_size(folder / file, problem);
-    if (problem) return failure(stage.name, "did not write " + (folder / file).string());
+    if (problem)
+      return failure(stage.name,
+                     "ended without writing " + (folder / file).string() + "; please report this");
     outputs[file] = bytes;
   }
   return outputs;
@@ -119,8 +121,8 @@ Result<void> keep_by_hand(const Stage& stage, const Standing& standing, const fs
   const bool all_editable = stage.editable.size() == stage.outputs.size();
   if (standing.all_there && (standing.same_key || all_editable)) return {};
   return bad_use((folder / standing.by_hand.front().output.file).string(),
-                 fmt::format("was changed by hand, and the stage '{}' that wrote it must run again ({}); "
-                             "move the file away, or give --force to repeat everything",
+                 fmt::format("was changed by hand, but the stage '{}' would overwrite it, because {}; move "
+                             "the file away, or give --force to repeat everything",
                              stage.name,
                              standing.all_there ? "its settings or inputs have changed"
                                                 : "another of its files is missing or damaged"));
@@ -394,8 +396,9 @@ Result<json> run_stages(const FolderLock& lock, const json& head, const std::vec
       if (auto fine = check_kinds(*parsed, run_record_kinds(), record_path.string()); !fine)
         parsed = tl::unexpected(fine.error());
     if (!parsed)
-      return failure(parsed.error().where,
-                     parsed.error().what + ": this is not the record of a run; remove it or give --force");
+      return failure(
+          parsed.error().where,
+          parsed.error().what + "; this is not the record of a run: remove the file, or give --force");
     before = std::move(*parsed);
   }
   sweep_partial_files_below(folder);

@@ -69,20 +69,21 @@ Result<ClassLabels> class_labels(const std::string& where, NumberedLabels labels
           (list.empty() ? "" : ", ") + (name.empty() ? fmt::format("label {}", labels.numbers[label]) : name);
   }
   if (known == 0 && unknown > 0)
-    return failure(where, "the mapping knows none of its classes (" + list +
-                              "); choose the right mapping, or check the classes' names and numbers");
+    return failure(
+        where,
+        "none of its classes (" + list +
+            ") is in the mapping; choose another --label-mapping, or check the classes' names and numbers");
   for (const auto& [which, what] :
-       {std::pair{&coded.told, "the mapping does not know the name of"},
-        {&coded.otherwise, "the name and the coded terminology or ID name different classes for"}})
+       {std::pair{&coded.told, "the mapping lacks the name of"},
+        {&coded.otherwise, "name and coded terminology (or ID) tell different classes for"}})
     if (!which->empty())
       map.warnings.push_back(fmt::format("{}: {} {} of its segments ({}); the {} is used", where, what,
                                          which->size(), listed(*which),
                                          which == &coded.told ? "coded terminology or ID" : "name"));
   if (unknown > 0)
-    map.warnings.push_back(
-        fmt::format("{}: the mapping does not know {} of its classes ({}{}); their voxels are divided like "
-                    "unlabelled ones",
-                    where, unknown, list, unknown > 8 ? ", ..." : ""));
+    map.warnings.push_back(fmt::format(
+        "{}: {} of its classes are not in the mapping ({}{}); their voxels are treated as unlabelled", where,
+        unknown, list, unknown > 8 ? ", ..." : ""));
   return map;
 }
 

@@ -91,13 +91,13 @@ Error nothing_to_read(const std::string& folder, const Found& found) {
                      "lies; export it as one file per slice, or as .nii.gz");
     if (found.segmentations)
       return bad_use(folder,
-                     "contains a DICOM segmentation but no scan; give the segmentation with --labels and its "
-                     "scan as the volume");
+                     "contains a DICOM segmentation but no scan; give the scan as the volume, and the "
+                     "segmentation with --labels");
     if (found.colours) return failure(folder, "contains only colour pictures; give a CT or MR series");
     if (found.unplaced)
       return failure(folder,
-                     "contains DICOM pictures without a usable position, orientation or pixel spacing; give "
-                     "a CT or MR series");
+                     "contains DICOM pictures that do not state position, orientation and pixel spacing; "
+                     "give a CT or MR series");
     return bad_use(folder, "contains no DICOM images");
   };
   Error error = refusal().error();

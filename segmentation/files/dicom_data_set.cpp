@@ -46,7 +46,8 @@ Result<void> write_dicom(const std::string& path, const DicomDataSet& set) {
   std::ostream stream(&buffer);
   const bool written = (*gdcm)->write(stream, set);
   if (buffer.error) return tl::unexpected(*buffer.error);
-  if (!written) return failure(path, "was not written: GDCM refused its elements");
+  if (!written)
+    return failure(path, "was not written: the library GDCM refused its contents; please report this");
   return sink->close();
 }
 

@@ -74,7 +74,8 @@ std::vector<std::string> Placeholders::sentences() const {
   std::vector<std::string> all;
   if (!unfetched.empty())
     all.push_back(files_sentence(unfetched, "points", "point") +
-                  " to content that is missing (git-annex, Git LFS or a broken link); fetch it with 'datalad "
+                  " to content that has not been downloaded (git-annex, Git LFS or a broken link); fetch it "
+                  "with 'datalad "
                   "get', 'git annex get' or 'git lfs pull'");
   if (!stubs.empty())
     all.push_back(files_sentence(stubs, "holds", "hold") + " only the start of a DICOM file");

@@ -172,8 +172,8 @@ Result<std::vector<DicomSlice>> frames_of(const DicomElements& elements, const D
                                            whole.frames, per_frame.size()));
   const DicomItem* shared = elements.item(0x52009229);
   if (const std::size_t pieces = whole.pixels.fragments.size(); pieces > 0 && pieces != per_frame.size())
-    return failure(whole.path, fmt::format("has {} frames compressed into {} pieces that cannot be told "
-                                           "apart; decompress it first (dcmdjpeg, gdcmconv --raw)",
+    return failure(whole.path, fmt::format("has {} frames in {} compressed pieces without a table of "
+                                           "offsets; decompress it first (dcmdjpeg, gdcmconv --raw)",
                                            per_frame.size(), pieces));
   DicomSlice alike = whole;  // what all frames share
   alike.frames = 1;
@@ -403,7 +403,7 @@ Result<void> check_pixels(const DicomSlice& slice) {
     return {};
   return failure(
       slice.path,
-      fmt::format("is cut off or damaged: it has {:.0f} bytes of {}pixels, and its header promises {:.0f}",
+      fmt::format("is cut off or damaged: it has {:.0f} bytes of {}pixels, but its header states {:.0f}",
                   bytes, p.fragments.empty() ? "" : "packed ", plain_size(slice)));
 }
 

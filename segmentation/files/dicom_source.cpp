@@ -44,7 +44,7 @@ Result<DicomSource> read_dicom_source(const std::string& scan) {
   if (!std::filesystem::is_directory(scan, ignored)) {
     if (auto fine = check_input_file(scan); !fine) return tl::unexpected(fine.error());
     if (!is_dicom_file(scan))
-      return bad_use(scan, "is no DICOM scan; give the folder of the series that the labels belong to");
+      return bad_use(scan, "is not a DICOM scan; give the folder of the series that the labels belong to");
   }
   const auto stack = find_dicom_stack(scan);
   if (!stack) return tl::unexpected(stack.error());

@@ -82,8 +82,9 @@ Result<GivenLandmarks> as_landmarks(const std::string& path, const std::vector<P
   if (!unset.empty())
     out.warnings.push_back(path + ": ignored points that have no position: " + printable(unset, 200));
   if (out.landmarks.empty() && out.unmoved.empty())
-    return failure(path, "contains no placed point with a landmark's name (hip_left, knee_right, neck ...)" +
-                             (strange.empty() ? "" : "; found: '" + printable(strange, 200) + "'"));
+    return failure(
+        path, "contains no point with a landmark's name (hip_left, knee_right, neck ...) and a position" +
+                  (strange.empty() ? "" : "; found: '" + printable(strange, 200) + "'"));
   return out;
 }
 
@@ -300,7 +301,7 @@ Result<GivenLandmarks> read_given_landmarks(const std::string& path) {
     if (document->is_object() && document->contains("markups") && (*document)["markups"].is_array())
       return read_markups(path, *document);
     if (ending.ends_with(".mrk.json"))
-      return failure(path, "contains no \"markups\", which a point list of 3D Slicer has");
+      return failure(path, "is not a point list of 3D Slicer: it contains no \"markups\"");
   }
   return read_own(path);
 }

@@ -285,7 +285,9 @@ Result<Read> read_file(const std::string& path, const std::string& names, const 
   std::string table = names;
   std::error_code ignored;
   if (masks && !names.empty())
-    return bad_use(names, "cannot name masks; in a folder of masks the file names are the names");
+    return bad_use(
+        names,
+        "does not apply to a folder of masks, where the file names are the names; leave out --label-names");
   const bool names_itself = masks || dicom;  // a table beside it is another file's
   if (table.empty() && !names_itself && std::filesystem::exists(names_file(path), ignored))
     table = names_file(path);
@@ -355,7 +357,7 @@ Result<LabelMap> read_labels(const std::string& path, const std::string& names, 
   placed.warnings = std::move(map.warnings);
   if (const Eigen::Matrix3d turn = scan->axes.inverse() * map.grid.axes; !turn.isIdentity(0.5))
     placed.warnings.push_back(
-        "its axes run in another order or direction than the scan's; its voxels were reordered to match the "
+        "its axes have another order or direction than the scan's, so its voxels were reordered to match the "
         "scan");
   return placed;
 }

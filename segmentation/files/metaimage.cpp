@@ -155,7 +155,9 @@ Result<void> locate_voxels(const std::string& path, const MetaImage& meta, Image
   const double bytes = skip.empty() ? 0 : skip[0];
   if (!(bytes >= -1 && bytes < 1e12)) return failure(path, "has a damaged header: HeaderSize is impossible");
   if (bytes < 0 && (header.packing != ByteSource::Packing::plain || header.text))
-    return failure(path, "has 'HeaderSize = -1' with compressed or text voxels, where it has no meaning");
+    return failure(
+        path,
+        "has 'HeaderSize = -1', which is impossible with compressed or text voxels; correct the header");
   return set_voxel_files(header, *files,
                          {.bytes = static_cast<std::uint64_t>(std::max(bytes, 0.0)), .all_else = bytes < 0});
 }

@@ -163,7 +163,7 @@ Result<void> check_dimensions(const std::string& path, const Nifti& n) {
                                std::to_string(i));
   for (std::size_t i = 4; i <= static_cast<std::size_t>(n.dim[0]); ++i)
     if (n.dim[i] > 1)
-      return failure(path, "holds " + std::to_string(n.dim[i]) + " volumes along dimension " +
+      return failure(path, "contains " + std::to_string(n.dim[i]) + " volumes along dimension " +
                                std::to_string(i) + "; give a file with one three-dimensional volume");
   return {};
 }

@@ -62,7 +62,7 @@ Result<Names> names_in(const std::string& path, std::string_view xml) {
     return failure(
         path,
         fmt::format(
-            "has label names in unreadable XML in its header ({}); write the file again without these names",
+            "has damaged XML with label names in its header ({}); write the file again without these names",
             XML_ErrorString(XML_GetErrorCode(parser.get()))));
   return std::move(table.names);
 }

@@ -166,7 +166,8 @@ Result<std::vector<std::size_t>> volume_axes(const std::string& path, const std:
       return failure(path, fmt::format("has a damaged header: an axis has {} voxels", size));
   const double all = std::accumulate(sizes.begin(), sizes.end(), 1.0, std::multiplies<>());
   if (all > most_voxels)
-    return failure(path, fmt::format("has a damaged header: it states {:.3g} voxels", all));
+    return failure(path,
+                   fmt::format("has a damaged header: it states {:.3g} voxels, more than any scan has", all));
   std::vector<std::size_t> axes;
   for (std::size_t a = 0; a < sizes.size(); ++a)
     if (layers ? a != *layers : sizes.size() == 3 || sizes[a] > 1) axes.push_back(a);
@@ -300,7 +301,8 @@ Result<void> locate_voxels(const std::string& path, const Nrrd& nrrd, ImageHeade
     return failure(path, "has a damaged header: 'line skip' or 'byte skip' is impossible");
   // -1: the voxels are the last bytes of the file
   if (bytes < 0 && (packed || header.text))
-    return failure(path, "has 'byte skip: -1' with compressed or text voxels, where it has no meaning");
+    return failure(
+        path, "has 'byte skip: -1', which is impossible with compressed or text voxels; correct the header");
   header.stream_offset = static_cast<std::uint64_t>(std::max(bytes, 0.0));
   return set_voxel_files(header, files, {.lines = lines, .all_else = bytes < 0});
 }

@@ -83,8 +83,8 @@ Result<void> check_values(const std::string& path, const GreyVolume& volume, con
   const double above = share(clamped.above, all), below = share(clamped.below, all);
   const double wrapped = above + share(counts.wrapped, all);
   if (airless && wrapped > 0.05)
-    return failure(path, fmt::format("is not a volume of CT numbers: {} of its voxels have values that air "
-                                     "gets when signed numbers are read as unsigned, and none is below -200; "
+    return failure(path, fmt::format("is not a volume of CT numbers: its signed numbers were stored as "
+                                     "unsigned ({} of its voxels have such values, none is below -200); "
                                      "declare them as signed (PixelRepresentation 1, or a signed voxel type)",
                                      percent(wrapped)));
   const bool two_peaks = counts.raised > 4 * counts.beside_raised &&

@@ -56,14 +56,14 @@ Result<std::vector<std::string>> by_pattern(const std::string& path, std::string
   const std::int64_t first = number(0, 1), step = number(2, 1),
                      last = number(1, static_cast<double>(first + slices - 1));
   if (!pattern || step == 0)
-    return failure(path, fmt::format("names the files of its slices by '{}'; expected a pattern like "
+    return failure(path, fmt::format("gives '{}' as the pattern of its slice files; expected one like "
                                      "'slice%03d.raw 1 {} 1' (first number, last, step)",
                                      printable(field), slices));
   std::vector<std::string> files;
   for (std::int64_t n = first; step > 0 ? n <= last : n >= last; n += step) {
     if (std::ssize(files) == slices)
-      return failure(path,
-                     fmt::format("names more files than its {} slices by '{}'", slices, printable(field)));
+      return failure(path, fmt::format("has {} slices, but its pattern '{}' names more files", slices,
+                                       printable(field)));
     files.push_back(pattern->name(n));
   }
   return files;
@@ -106,7 +106,9 @@ Result<std::vector<std::string>> named_files(const std::string& path, std::strin
   for (std::string& file : files) {
     file = (folder / file).string();
     if (!fs::exists(file, ignored))
-      return bad_use(path, fmt::format("has its voxels in '{}': no such file", printable(file, 300)));
+      return bad_use(
+          path, fmt::format("refers to the voxel file '{}', which does not exist; put it beside the header",
+                            printable(file, 300)));
   }
   return files;
 }
@@ -125,8 +127,8 @@ Result<void> set_voxel_files(ImageHeader& header, const std::vector<std::string>
       const auto source = ByteSource::open(path, ByteSource::Packing::plain);
       if (!source) return tl::unexpected(source.error());
       if (source->file_size() < bytes)
-        return failure(path, fmt::format("is cut off: its header promises {} bytes, and it has {}", bytes,
-                                         source->file_size()));
+        return failure(path, fmt::format("is cut off: its header states {} bytes of voxels, but it has {}",
+                                         bytes, source->file_size()));
       file.offset = source->file_size() - bytes;
     }
     found.push_back(std::move(file));

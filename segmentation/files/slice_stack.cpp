@@ -143,8 +143,8 @@ void say_contradictions(const SliceStack& stack, std::vector<std::string>& notes
     add("SliceThickness gives", first.thickness);
   if (!others.empty())
     notes.push_back(
-        fmt::format("the slices' positions give a spacing of {}, which was used; {}; if the latter is right, "
-                    "volumes and masses are wrong by the ratio",
+        fmt::format("the slices' positions give a spacing of {}, which was used, but {}; if that is right, "
+                    "volumes and masses are wrong by the ratio of the two",
                     place(across), others));
   const double width = std::max(first.column_spacing * first.columns, first.row_spacing * first.rows);
   if (first.modality == "CT" && first.image_type.starts_with("ORIGINAL") &&
@@ -189,8 +189,8 @@ Result<void> lay_grid(const std::string& where, const std::vector<double>& along
   const double step = e.even ? e.step : total / count;
   const std::size_t widest = static_cast<std::size_t>(std::ranges::max_element(gaps) - gaps.begin());
   if (gaps[widest] > 4.5 * step && gaps[widest] > 10) {
-    return failure(where, fmt::format("lacks {} of the body between two slices that are {} and {} from the "
-                                      "first one; the gap is too large to interpolate",
+    return failure(where, fmt::format("has a gap of {} between the slices at {} and {} from the first one, "
+                                      "too large to interpolate; add the missing slices",
                                       place(gaps[widest]), place(along[widest]), place(along[widest + 1])));
   }
   if (count > 4 * static_cast<double>(along.size()))
@@ -273,10 +273,9 @@ Result<SliceStack> stack_slices(const std::string& where, std::vector<DicomSlice
     return failure(where, what + "; give a folder with one volume");
   }
   if (const auto [aside, allowed] = aside_of_line(stack.slices, along); aside > allowed)
-    return failure(
-        where,
-        fmt::format("has slices that are not in one line (one is {:.2g} mm off); they do not form a volume",
-                    aside));
+    return failure(where, fmt::format("has slices that do not lie along one line (one is {:.2g} mm off), so "
+                                      "they form no volume; give one series",
+                                      aside));
   const DicomSlice& first = stack.slices.front();
   stack.grid.size = {first.columns, first.rows, 0};
   stack.grid.axes.col(0) = first.column_spacing * first.along_row;

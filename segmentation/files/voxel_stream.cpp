@@ -20,8 +20,9 @@ Result<void> check_length(const ImageHeader& header, const VoxelFile& file, std:
   if (least <= have) return {};
   return failure(
       file.path,
-      fmt::format("is cut off or has a damaged header: the header promises {} bytes{}, and the file has {}{}",
-                  need, packed ? " unpacked" : "", have, packed ? " packed" : ""));
+      fmt::format(
+          "is cut off or has a damaged header: the header states {} bytes of voxels{}, but the file has {}{}",
+          need, packed ? " unpacked" : "", have, packed ? " packed" : ""));
 }
 
 }  // namespace
@@ -69,7 +70,7 @@ Result<void> VoxelStream::finish() {
   if (*rest == most)
     return failure(
         files_[next_ - 1].path,
-        fmt::format("decompresses to more than twice the {} bytes of voxels that its header promises",
+        fmt::format("unpacks to more than twice the {} bytes of voxels that its header states; it is damaged",
                     share_));
   return {};
 }

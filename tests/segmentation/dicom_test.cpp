@@ -329,7 +329,7 @@ TEST(Dicom, RefusesFilesThatAreNoVolume) {
 
   for (int k = 0; k < 4; ++k)
     write_slice(crooked / shuffled_name(k), numbered({}, k, {k == 2 ? 4.0 : 0.0, 0, 3}));
-  EXPECT_NE(refusal(crooked).find("not in one line"), std::string::npos) << refusal(crooked);
+  EXPECT_NE(refusal(crooked).find("do not lie along one line"), std::string::npos) << refusal(crooked);
 
   write_series(ct, {}, 3, {0, 0, 3});
   EXPECT_NE(refusal(ct, {FileQuantity::mr, {}}).find("'hu', not 'mr'"), std::string::npos);

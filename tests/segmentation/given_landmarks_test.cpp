@@ -82,7 +82,7 @@ TEST(GivenLandmarks, ReportsErrors) {
   expect("p.fcsv", columns + "1,2,nan,4,neck\n", "p.fcsv:2: y is 'nan'");
   expect("p.fcsv", columns + "1,2,3,4,neck\n2,2,3,4,Neck\n", "two points named neck");
   expect("p.fcsv", columns + "1,2,3,4,nose\n", "found: 'nose'");
-  expect("p.fcsv", "", "no placed point");
+  expect("p.fcsv", "", "contains no point with");
   std::string text = list;
   expect("p.mrk.json", text, "coordinateSystem is \"FRAME\"");
   expect("p.mrk.json", R"({"markups": [{"controlPoints": [{"label": "neck", "position": [1, 2]}]}]})",

@@ -118,15 +118,15 @@ TEST(BvhFile, WarnsOfMissingRows) {
   const auto fewer = parse_bvh(with(bvh_arm, "Frames: 2", "Frames: 200"), "a.bvh");
   ASSERT_TRUE(fewer);
   EXPECT_EQ(fewer->values.rows(), 2);
-  EXPECT_EQ(fewer->warnings,
-            std::vector<std::string>{"MOTION tells of 200 frames; the 2 that are there were read."});
+  EXPECT_EQ(fewer->warnings, std::vector<std::string>{
+                                 "MOTION announces 200 frames, but the file contains 2; those were read."});
   const auto none = parse_bvh(bvh_arm.substr(0, bvh_arm.find("1 2 3 0")), "a.bvh");
   ASSERT_TRUE(none);
   EXPECT_EQ(none->values.rows(), 0);
   EXPECT_EQ(none->warnings.size(), 1U);
   const auto skeleton = parse_bvh(bvh_arm.substr(0, bvh_arm.find("MOTION")), "a.bvh");
   ASSERT_TRUE(skeleton) << skeleton.error().message();
-  EXPECT_EQ(skeleton->warnings, std::vector<std::string>{"The file holds a skeleton without MOTION."});
+  EXPECT_EQ(skeleton->warnings, std::vector<std::string>{"The file contains a skeleton but no MOTION."});
   EXPECT_EQ(bvh_text(*skeleton, "a.bvh").value(), bvh_arm.substr(0, bvh_arm.find("MOTION")));
 }
 
@@ -136,23 +136,24 @@ TEST(BvhFile, BadFilesAreRefusedWithTheirLine) {
   EXPECT_EQ(bvh_error(with(bvh_arm, "OFFSET 2 0 0", "OFFSET 2 0")),
             "a.bvh:9: has 'CHANNELS', expected the three numbers of an OFFSET");
   EXPECT_EQ(bvh_error(with(bvh_arm, "\t\tOFFSET 2 0 0\n", "")),
-            "a.bvh:13: ends the joint 'Left Arm' without an OFFSET, expected one");
+            "a.bvh:13: ends the joint 'Left Arm' before its OFFSET");
   EXPECT_EQ(bvh_error(with(bvh_arm, "CHANNELS 1", "CHANNELS 2")),
             "a.bvh:10: has 'End', expected 2 channels, each X, Y or Z with 'position' or 'rotation'");
   EXPECT_EQ(bvh_error(with(bvh_arm, "CHANNELS 1", "CHANNELS 0")),
             "a.bvh:9: has 'Zrotation', expected OFFSET, CHANNELS, JOINT, End Site or a closing brace");
   EXPECT_EQ(bvh_error(with(bvh_arm, "Yposition", "Xposition")),
             "a.bvh:5: gives the joint 'Hips' the channel 'Xposition' twice");
-  EXPECT_EQ(bvh_error(with(bvh_arm, "Left Arm", "Hips")), "a.bvh:6: names the joint 'Hips' a second time");
+  EXPECT_EQ(bvh_error(with(bvh_arm, "Left Arm", "Hips")),
+            "a.bvh:6: lists the joint 'Hips' twice; remove one");
   EXPECT_EQ(bvh_error(with(bvh_arm, "Left Arm", "")), "a.bvh:6: has a joint without a name, expected one");
   EXPECT_EQ(bvh_error(with(bvh_arm, "\t}\n}\n", "\t}\n")),
             "a.bvh:15: has 'MOTION', expected OFFSET, CHANNELS, JOINT, End Site or a closing brace");
   EXPECT_EQ(bvh_error(with(bvh_arm, "0 0 0 90", "0 0 90")),
-            "a.bvh:19: has 6 numbers, expected 7 as the hierarchy has channels");
+            "a.bvh:19: has 6 numbers, expected 7: one per channel of the hierarchy");
   EXPECT_EQ(bvh_error(with(bvh_arm, "0 0 0 90", "0 0 0 nan")),
             "a.bvh:19: has 'nan', expected a number with a decimal point");
   EXPECT_EQ(bvh_error(with(bvh_arm, "Time: 0.5", "Time: 0")),
-            "a.bvh:18: has the frame time 0 s, expected more than zero");
+            "a.bvh:18: has the frame time 0 s, expected a positive number");
   EXPECT_EQ(bvh_error(with(bvh_arm, "Frames: 2", "Frames: many")),
             "a.bvh:17: has 'many', expected Frames: and their number");
 }

@@ -133,11 +133,10 @@ TEST(BvhMotion, MarkersNeedFramesAndAUnit) {
   const auto motion = bvh_of("OFFSET 0 0 0", "OFFSET 0 1 0 CHANNELS 1 Xrotation", "0");
   EXPECT_TRUE(bvh_markers(motion, 1, "a.bvh"));
   EXPECT_EQ(bvh_markers(motion, 0, "a.bvh").error().message(),
-            "a.bvh: has a unit of 0 m, expected more than zero");
+            "a.bvh: has a unit of 0 m, expected a positive number");
   BvhMotion still = motion;
   still.values.resize(0, 1);
-  EXPECT_EQ(bvh_markers(still, 1, "a.bvh").error().message(),
-            "a.bvh: holds no frame, so there is no motion of its joints");
+  EXPECT_EQ(bvh_markers(still, 1, "a.bvh").error().message(), "a.bvh: contains no frame of motion");
 }
 
 }  // namespace

@@ -62,7 +62,7 @@ TEST(C3dEvents, WarnsOfACountLargerThanTheTimes) {
   const auto file = test::read_c3d_bytes(writer.bytes());
   EXPECT_EQ(file->events.size(), 2);
   EXPECT_EQ(file->events[1].label, "");
-  EXPECT_TRUE(test::has_warning(file->warnings, "EVENT:USED is 30000, but EVENT:TIMES holds 2"));
+  EXPECT_TRUE(test::has_warning(file->warnings, "EVENT:USED is 30000, but EVENT:TIMES contains 2"));
 }
 
 }  // namespace

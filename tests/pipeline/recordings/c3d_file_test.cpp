@@ -238,12 +238,12 @@ TEST(C3dFile, RefusesFilesThatAreNotC3d) {
   };
   const std::string good = two_markers_and_an_angle(C3dWriter::intel, true).bytes();
   EXPECT_EQ(refusal(""), "has 0 bytes, too few for a C3D file");
-  EXPECT_EQ(refusal(std::string(600, 'a')), "is no C3D file: its second byte is 97, expected 80");
+  EXPECT_EQ(refusal(std::string(600, 'a')), "is not a C3D file: its second byte is 97, expected 80");
   std::string bytes = good;
   bytes[0] = 1;
   EXPECT_NE(refusal(bytes).find("has its parameters in block 1"), std::string::npos);
   bytes[0] = '\xff';
-  EXPECT_NE(refusal(bytes).find("has its parameters in block 255, but holds"), std::string::npos);
+  EXPECT_NE(refusal(bytes).find("has its parameters in block 255, but only"), std::string::npos);
   bytes = good;
   bytes[515] = 83;
   EXPECT_EQ(refusal(bytes), "names processor 83, expected 84 (Intel), 85 (DEC) or 86 (MIPS)");

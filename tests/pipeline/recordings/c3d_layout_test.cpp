@@ -78,8 +78,8 @@ TEST(C3dLayout, ScaleOfTheHeaderWins) {
   writer.header_scale = 0.2;
   std::vector<std::string> warnings;
   EXPECT_FLOAT_EQ(static_cast<float>(layout_of(writer, warnings)->scale), 0.2F);
-  EXPECT_TRUE(
-      test::has_warning(warnings, "POINT:SCALE is 0.05, the header's scale 0.2: the header's is taken"));
+  EXPECT_TRUE(test::has_warning(warnings,
+                                "POINT:SCALE is 0.05, but the header's scale is 0.2; the header's was used"));
   warnings.clear();
   writer.header_scale = 0;
   EXPECT_FLOAT_EQ(static_cast<float>(layout_of(writer, warnings)->scale), 0.05F);
@@ -153,7 +153,7 @@ TEST(C3dLayout, RefusesCountsThatDoNotFit) {
   writer.frames.assign(20, {});
   writer.channels = 0;
   writer.remove("POINT", "USED"), writer.remove("ANALOG", "USED");
-  EXPECT_EQ(refusal(writer), "a.c3d: holds no points and no analog channels");
+  EXPECT_EQ(refusal(writer), "a.c3d: contains neither points nor analog channels");
 
   writer = small_file();
   writer.rate = 0;

@@ -170,7 +170,7 @@ TEST(C3dPlates, ReversesAnUpThatTheMarkersContradict) {
   writer.line("POINT:Y_SCREEN", "-Z");
   file = test::read_c3d_bytes(writer.bytes()).value();
   EXPECT_EQ(file.markers.up, Vector3d(0, 0, 1));
-  EXPECT_TRUE(has_warning(file.warnings, "up is turned round"));
+  EXPECT_TRUE(has_warning(file.warnings, "the upward axis was reversed"));
   expect_the_foot(file);
 }
 

@@ -128,9 +128,9 @@ TEST(ExternalLoads, IdentifiersFindThreeColumnsInTheOrderOfTheirEndings) {
   EXPECT_FALSE(identified_columns(table, "h", "")->in_order);
   EXPECT_EQ(columns("k"), (Indices{12, 13, 14}));
   EXPECT_EQ(identified_columns(table, "i", "a.xml:1").error().message(),
-            "a.xml:1: the identifier 'i' finds 2 columns of the table (ix, iy), expected three");
+            "a.xml:1: the identifier 'i' fits 2 columns of the table (ix, iy), expected three");
   EXPECT_EQ(identified_columns(table, "q", "a.xml:1").error().message(),
-            "a.xml:1: the identifier 'q' finds 0 columns of the table, expected three");
+            "a.xml:1: the identifier 'q' fits 0 columns of the table, expected three");
 }
 
 TEST(ExternalLoads, ListsWhatIsNotRead) {
@@ -144,18 +144,17 @@ TEST(ExternalLoads, ListsWhatIsNotRead) {
 
 TEST(ExternalLoads, BadFilesAreRefused) {
   EXPECT_EQ(loads_error("<Model/>"),
-            "Model: is no <ExternalLoads>, expected it or an <OpenSimDocument> that holds it");
+            "Model: is not a <ExternalLoads>; expected that, or an <OpenSimDocument> that contains it");
   EXPECT_EQ(loads_error("<OpenSimDocument><Model/></OpenSimDocument>"),
             "OpenSimDocument: holds <Model>, expected a <ExternalLoads>");
-  EXPECT_EQ(loads_error("<ExternalLoads/>"),
-            "ExternalLoads: names no datafile, expected the table of its forces");
+  EXPECT_EQ(loads_error("<ExternalLoads/>"), "ExternalLoads: has no datafile; name the table of its forces");
   EXPECT_EQ(
       loads_error(loads_xml(force_xml(""))),
-      "ExternalForce 'right': has neither a force_identifier nor a torque_identifier, expected one at least");
+      "ExternalForce 'right': has neither a force_identifier nor a torque_identifier; give at least one");
   EXPECT_EQ(loads_error(loads_xml("<ExternalForce>" + force_and_point + "</ExternalForce>")),
-            "ExternalForce: names no applied_to_body, expected the body that it acts on");
+            "ExternalForce: has no applied_to_body; name the body that it acts on");
   EXPECT_NE(loads_error(loads_xml("<PrescribedForce/>")).find("before 2.3.1"), std::string::npos);
-  EXPECT_NE(loads_error(loads_xml("")).find("holds no <ExternalForce>"), std::string::npos);
+  EXPECT_NE(loads_error(loads_xml("")).find("contains no <ExternalForce>"), std::string::npos);
   const TestFolder folder;
   const auto loads = read_external_loads(folder.write("loads.xml", loads_xml(force_xml(force_and_point))));
   ASSERT_FALSE(loads);

@@ -109,18 +109,18 @@ TEST(InverseKinematicsSetup, BadFilesAreRefused) {
     return "<IKTaskSet><objects><IKMarkerTask name=\"a\">" + inside + "</IKMarkerTask></objects></IKTaskSet>";
   };
   EXPECT_EQ(ik_error(task("<weight>-1</weight>")),
-            "IKMarkerTask 'a': has the weight -1, expected a finite number of zero or more");
+            "IKMarkerTask 'a': has the weight -1, expected 0 or a positive number");
   EXPECT_EQ(ik_error(task("<weight>heavy</weight>")), "weight: is 'heavy', expected a number");
   EXPECT_EQ(ik_error(task("<weight>nan</weight>")), "weight: is 'nan', expected a number");
   EXPECT_EQ(ik_error(task("<weight>1</weight><weight>2</weight>")),
             "weight: IKMarkerTask 'a' has two of these; expected one");
   EXPECT_EQ(ik_error("<IKTaskSet><IKMarkerTask/></IKTaskSet>"),
-            "IKMarkerTask: has no name, expected that of a marker");
+            "IKMarkerTask: has no name; give it that of a marker");
   EXPECT_EQ(ik_error("<IKTaskSet><IKMarkerTask name=\"a\"/><IKMarkerTask name=\"a\"/></IKTaskSet>"),
             "IKTaskSet: has two tasks for the marker 'a'");
   EXPECT_EQ(ik_error("<time_range>2 1</time_range>"), "time_range: is '2 1', expected its start and its end");
   EXPECT_EQ(ik_error("<accuracy>0</accuracy>"),
-            "InverseKinematicsTool: has the accuracy 0, expected a finite number above zero");
+            "InverseKinematicsTool: has the accuracy 0, expected a positive number");
   EXPECT_NE(ik_error("<IKTrialSet/>").find("before 2.3"), std::string::npos);
   EXPECT_EQ(ik_error("<marker_file><a/></marker_file>"), "marker_file: holds <a>, expected text");
   EXPECT_EQ(

@@ -32,8 +32,8 @@ TEST(JointMapping, MistakesAreNamedWithTheirLine) {
             "a.txt:1: is 'Hips =', expected a name and its place, as in 'LeftUpLeg = thigh_left'");
   EXPECT_EQ(error("a thigh_lift\n"),
             "a.txt:1: 'thigh_lift' is not a place on the body, did you mean 'thigh_left'?");
-  EXPECT_EQ(error("a thigh_left\na thigh_right\n"), "a.txt:2: names the joint 'a' a second time");
-  EXPECT_EQ(error("# nothing\n"), "a.txt: maps no joint, expected lines with a joint and its segment");
+  EXPECT_EQ(error("a thigh_left\na thigh_right\n"), "a.txt:2: lists the joint 'a' twice; remove one");
+  EXPECT_EQ(error("# nothing\n"), "a.txt: contains no line; expected lines like 'LeftUpLeg = thigh_left'");
   EXPECT_EQ(read_joint_mapping("/dev/zero").error().message(),
             "/dev/zero: is not a regular file but a pipe or a device");
 }
@@ -43,7 +43,7 @@ TEST(JointMapping, EachJointIsOneOfTheMotion) {
   ASSERT_TRUE(mapping);
   EXPECT_TRUE(check_joints(*mapping, {"LeftArm", "LeftLeg", "Hips"}, "a.txt"));
   EXPECT_EQ(check_joints(*mapping, {"LeftArms", "LeftLeg"}, "a.txt").error().message(),
-            "a.txt:2: names the joint 'LeftArm', which the motion does not have, did you mean 'LeftArms'?");
+            "a.txt:2: lists 'LeftArm', which is not in the motion, did you mean 'LeftArms'?");
 }
 
 }  // namespace

@@ -132,8 +132,8 @@ TEST(MotionTableFile, RowsOverrideTheHeaderWithAWarning) {
   const auto read = parse_motion_table("t\nnRows=9\nnColumns=5\nendheader\ntime a\n0 1\n1 2\n", "a.sto");
   ASSERT_TRUE(read);
   ASSERT_EQ(read->warnings.size(), 2U);
-  EXPECT_EQ(read->warnings[0], "The header tells of 5 columns; the 2 that are named were read.");
-  EXPECT_EQ(read->warnings[1], "The header tells of 9 rows; the 2 that are there were read.");
+  EXPECT_EQ(read->warnings[0], "The header announces 5 columns, but 2 are named; those were read.");
+  EXPECT_EQ(read->warnings[1], "The header announces 9 rows, but the file contains 2; those were read.");
 }
 
 TEST(MotionTableFile, NamesBetweenTabsMayHoldBlanks) {
@@ -147,26 +147,25 @@ TEST(MotionTableFile, KeepsTheFirstOfRowsAtOneTime) {
   EXPECT_EQ(read->table.times, (std::vector<double>{0, 1}));
   EXPECT_EQ(read->table.values(1, 0), 2);
   EXPECT_EQ(read->warnings,
-            std::vector<std::string>{"The time of the row before is repeated 2 times; the first row "
-                                     "of each was kept."});
+            std::vector<std::string>{"2 rows repeat the time of the row before; the first row of "
+                                     "each time was kept."});
 }
 
 TEST(MotionTableFile, BadFilesAreRefusedWithTheirLine) {
   EXPECT_EQ(table_error("t\nnRows=1\n"),
-            "a.mot: has no line 'endheader', expected a header as in OpenSim's .mot and .sto files");
+            "a.mot: has no line 'endheader'; expected a table as OpenSim writes it (.mot, .sto)");
   EXPECT_EQ(table_error("t\nendheader\n"), "a.mot: ends before its line of column names");
-  EXPECT_EQ(table_error("t\nendheader\ntime a a\n0 1 2\n"), "a.mot:3: names the column 'a' twice");
-  EXPECT_EQ(table_error("t\nendheader\nt a\n0 1\n"),
-            "a.mot:3: names no column 'time' (its first is 't'), expected it first");
+  EXPECT_EQ(table_error("t\nendheader\ntime a a\n0 1 2\n"), "a.mot:3: has two columns 'a'; rename one");
+  EXPECT_EQ(table_error("t\nendheader\nt a\n0 1\n"), "a.mot:3: has 't' as its first column, expected 'time'");
   EXPECT_EQ(table_error("t\nendheader\ntime a b\n0 1\n"),
-            "a.mot:4: has 2 numbers, expected 3 as there are columns");
+            "a.mot:4: has 2 numbers, expected 3: one per column");
   EXPECT_EQ(table_error("t\nendheader\ntime a\n0 one\n"),
             "a.mot:4: a is 'one', expected a number with a decimal point, or nan");
   EXPECT_EQ(table_error("t\nendheader\ntime a\nnan 1\n"),
             "a.mot:4: time is 'nan', expected a number with a decimal point");
   EXPECT_EQ(table_error("t\nendheader\ntime a\n0 1\n-1 1\n"),
             "a.mot:5: has the time -1 s, expected more than the 0 s of the row before");
-  EXPECT_EQ(table_error("t\nendheader\ntime a\n"), "a.mot: holds no row after its column names");
+  EXPECT_EQ(table_error("t\nendheader\ntime a\n"), "a.mot: contains no row below its column names");
   EXPECT_EQ(table_error("t\nnRows=-1\nendheader\n"), "a.mot:2: says nrows is '-1', expected a count");
   EXPECT_EQ(table_error("t\ninDegrees=maybe\nendheader\n"),
             "a.mot:2: says inDegrees=maybe, expected yes or no");

@@ -159,8 +159,8 @@ TEST(TrcFile, RowsOverrideTheHeaderWithAWarning) {
   ASSERT_TRUE(trc) << trc.error().message();
   EXPECT_EQ(trc->motion.frames.size(), 2U);
   ASSERT_EQ(trc->warnings.size(), 2U);
-  EXPECT_EQ(trc->warnings[0], "The header tells of 3 markers; the 2 that are named were read.");
-  EXPECT_EQ(trc->warnings[1], "The header tells of 7 frames; the 2 that are there were read.");
+  EXPECT_EQ(trc->warnings[0], "The header announces 3 markers, but 2 are named; those were read.");
+  EXPECT_EQ(trc->warnings[1], "The header announces 7 frames, but the file contains 2; those were read.");
   EXPECT_EQ(trc_error(replaced(trc_head, "\t\t\tRASI", "\t\t\tRASI\t\t\tSACR") + two_rows),
             "a.trc:5: has 6 coordinate labels, expected 9: three for each of the 3 names in line 4");
 }

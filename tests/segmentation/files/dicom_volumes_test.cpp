@@ -250,10 +250,11 @@ TEST(DicomVolumes, ReportsFieldsThatContradictThePositions) {
     slice.*field = text;
     return said_of(slice);
   };
-  EXPECT_NE(with(&TestSlice::spacing_between, "4")
-                .find("the slices' positions give a spacing of 2 mm, which was used; SpacingBetweenSlices "
-                      "gives 4 mm"),
-            std::string::npos);
+  EXPECT_NE(
+      with(&TestSlice::spacing_between, "4")
+          .find("the slices' positions give a spacing of 2 mm, which was used, but SpacingBetweenSlices "
+                "gives 4 mm"),
+      std::string::npos);
   EXPECT_NE(said_of({}, 5).find("SliceLocation gives 5 mm"), std::string::npos);
   EXPECT_NE(with(&TestSlice::thickness, "20").find("SliceThickness gives 20 mm"), std::string::npos);
   EXPECT_NE(with(&TestSlice::thickness, "0.1").find("SliceThickness gives 0.1 mm"), std::string::npos);

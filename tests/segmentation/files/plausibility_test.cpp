@@ -125,7 +125,7 @@ TEST(Plausibility, RefusesSignedPixelsDeclaredUnsignedInEveryFormat) {
   for (const std::string& format : formats)
     for (const int bits : {12, 16})
       expect_refused(read(format, body().grey, [&](int v) { return v & ((1 << bits) - 1); }),
-                     "signed numbers are read as unsigned", format + ", " + std::to_string(bits));
+                     "signed numbers were stored as unsigned", format + ", " + std::to_string(bits));
 }
 
 TEST(Plausibility, RefusesManyOutOfRangeValues) {
