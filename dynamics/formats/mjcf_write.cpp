@@ -81,9 +81,9 @@ class MjcfWriter {
     const std::vector<BodyPart> parts = parts_of(solid);
     depth_[name] = depth_.at(parent) + static_cast<int>(parts.size());
     if (depth_[name] + 1 > deepest_xml)
-      return bad_use(draft_.plain.scene.where(*solid.source),
-                     fmt::format("lies deeper in the tree of solids than MJCF's elements may be nested ({})",
-                                 deepest_xml));
+      return bad_use(
+          draft_.plain.scene.where(*solid.source),
+          fmt::format("lies more than {} solids deep, the limit of nested elements in MJCF", deepest_xml));
     XmlNode* body = draft_.bodies.at(parent);
     Pose X = draft_.poses.at(parent);
     for (std::size_t i = 0; i < parts.size(); ++i) {

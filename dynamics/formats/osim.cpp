@@ -60,7 +60,7 @@ void add_inertial_of(const XmlElement& body, Solid& solid) {
   if (const XmlElement* mass = body.child("mass")) own.mass = mass->content_numbers(1, 1)[0];
   own.centre = osim_vector(body, "mass_center");
   own.tensor = osim_inertia(body);
-  if (own.mass < 0) body.refuse(fmt::format("has a mass of {:g} kg, expected none below zero", own.mass));
+  if (own.mass < 0) body.refuse(fmt::format("has a mass of {:g} kg, expected 0 or more", own.mass));
   if (own.mass == 0 && own.tensor.isZero(0)) return;
   solid.inertials.push_back(own);
 }
@@ -77,7 +77,7 @@ class OsimReader {
     check_root();
     const OsimLayout layout = read_osim_layout(model_, frames_);
     for (const XmlElement* body : layout.bodies) add_body(*body);
-    if (out_.scene.solids.empty()) model_.refuse("holds no <Body>, so nothing can move");
+    if (out_.scene.solids.empty()) model_.refuse("contains no <Body>, so nothing can move");
     for (const OsimJoint& joint : layout.joints) add_joint(joint);
     for (Solid& solid : out_.scene.solids)
       if (!carried_.contains(solid.name)) set_free(solid);
@@ -96,7 +96,7 @@ class OsimReader {
   void check_root() const {
     const std::string version = root_.text("Version");
     if (const std::string file = model_.text("file"); !file.empty())
-      model_.refuse("file", fmt::format("is in another file, '{}'; read that one", printable(file)));
+      model_.refuse("file", fmt::format("is in another file, '{}'; give that file", printable(file)));
     if (!version.empty() && std::atoi(version.c_str()) < 10901)
       root_.refuse("Version", fmt::format("the file is of version {}, before OpenSim 2; open it in OpenSim 3 "
                                           "or 4 and save it",
@@ -134,8 +134,8 @@ class OsimReader {
     const auto [before, is_new] = carried_.emplace(child.solid, joint.element);
     if (!is_new)
       joint.element->refuse(
-          fmt::format("body '{}' is carried by joint '{}' too; loops of joints are not "
-                      "supported: close them by a constraint",
+          fmt::format("body '{}' is also the child of joint '{}'; loops of joints are not supported: close "
+                      "the loop by a constraint",
                       printable(child.solid), printable(before->second->text("name"))));
     Solid& solid = out_.scene.solids[number_.at(child.solid)];
     solid.parent = parent.solid;
@@ -179,8 +179,8 @@ class OsimReader {
       if (e->name != "Marker") continue;
       e->read = true;
       Marker marker{e->require("name"), {}, e->line};
-      if (marker.name.empty()) e->refuse("its name is empty; give it one");
-      if (!names.insert(marker.name).second) e->refuse("there are two of this name; names must differ");
+      if (marker.name.empty()) e->refuse("has an empty name; give it a name");
+      if (!names.insert(marker.name).second) e->refuse("has the name of another one; rename one of them");
       const OsimFrame frame = frames_.named_by(*e, {"socket_parent_frame", "socket_reference_frame", "body"});
       if (frame.solid != world_name && !number_.contains(frame.solid))
         e->refuse(fmt::format("no body is named '{}'", printable(frame.solid)));
@@ -224,7 +224,8 @@ class OsimReader {
         names.push_back(one.coordinate);
       }
     if (!names.empty())
-      out_.not_modelled.motion.push_back("move no mass and follow others, locked: " + name_list(names));
+      out_.not_modelled.motion.push_back("locked coordinates, which follow others and move no mass: " +
+                                         name_list(names));
   }
 
   // Where a coordinate starts that is free, locked or driven; 0 for one that follows another itself.

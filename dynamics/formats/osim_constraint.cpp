@@ -115,10 +115,10 @@ class OsimConstraintReader {
     std::istringstream names(e.require_child("independent_coordinate_names").content);
     std::vector<std::string> of;
     for (std::string name; names >> name;) of.push_back(coordinate(e, name));
-    if (of.empty()) e.refuse("names no independent coordinate");
+    if (of.empty()) e.refuse("has no independent coordinate");
     const XmlElement& holder = e.require_child("coupled_coordinates_function");
     const XmlElement* function = osim_function_in(holder);
-    if (!function) holder.refuse("holds no function");
+    if (!function) holder.refuse("contains no function");
     const double scale = e.child("scale_factor") ? value(e, "scale_factor") : 1;
     if (of.size() > 1) return coupling(on, of, *function, scale);
     const TimeFunction f = scaled(read_osim_function(*function), scale);

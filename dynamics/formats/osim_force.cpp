@@ -88,7 +88,7 @@ std::vector<TimeFunction> prescribed_functions(const XmlElement& e, std::string_
       for (const XmlElement& function : objects->children) out.push_back(read_osim_function(function));
   }
   if (!out.empty() && out.size() != 3)
-    e.refuse(fmt::format("has {} functions in {}, expected three", out.size(), set));
+    e.refuse(fmt::format("has {} functions in {}, expected 3", out.size(), set));
   return out;
 }
 

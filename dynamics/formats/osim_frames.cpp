@@ -81,7 +81,7 @@ bool osim_flag(const XmlElement& element, std::string_view child, bool standard)
   if (!e || e->content.empty()) return standard;
   if (e->content == "true" || e->content == "True" || e->content == "1") return true;
   if (e->content == "false" || e->content == "False" || e->content == "0") return false;
-  e->refuse(fmt::format("holds '{}', expected true or false", printable(e->content)));
+  e->refuse(fmt::format("is '{}', expected true or false", printable(e->content)));
 }
 
 OsimFrames::OsimFrames(const XmlElement& model) { collect(model, ""); }
@@ -129,7 +129,7 @@ OsimFrame OsimFrames::look_up(const XmlElement& element, const std::string& name
 OsimFrame OsimFrames::place(const XmlElement& frame, int depth) const {
   if (frame.name == "Ground") return {world_name, {}};
   if (frame.name == "Body") return {frame.text("name"), {}};
-  if (depth > deepest_frame) frame.refuse("its parents run in a circle, or are more than 100");
+  if (depth > deepest_frame) frame.refuse("its chain of parents is a loop, or longer than 100");
   frame.read = true;
   const XmlElement& parent = frame.require_child("socket_parent");
   OsimFrame out = look_up(frame, parent.content, depth + 1);

@@ -42,7 +42,7 @@ TimeFunction table_of(const XmlElement& function) {
 // A GCVSpline of degree 3 that smooths nothing is the natural spline.
 TimeFunction gcv_spline_of(const XmlElement& function) {
   if (osim_number(function, "half_order", 3) != 2 || osim_number(function, "error_variance", 0) != 0)
-    function.refuse("smooths, or is not cubic; expected half_order 2 and error_variance 0");
+    function.refuse("is not an interpolating cubic spline; expected half_order 2 and error_variance 0");
   for (const char* child : {"weights", "coefficients"}) function.child(child);
   const Table table(osim_values(function, "x"), osim_values(function, "y"), SplineEnds::natural);
   if (const std::string bad = table.complaint(); !bad.empty()) function.refuse(bad);
@@ -59,7 +59,7 @@ TimeFunction piecewise_of(const XmlElement& function) {
   for (const double value : y) largest = std::max(largest, std::abs(value));
   for (std::size_t i = 0; i < x.size(); ++i)
     if (std::abs(at(line, x[i]).value - y[i]) > 1e-9 * largest)
-      function.refuse(fmt::format("bends at {:g}, where speeds would jump; use a SimmSpline", x[i]));
+      function.refuse(fmt::format("has a corner at {:g}, where speeds would jump; use a SimmSpline", x[i]));
   return line;
 }
 
@@ -104,7 +104,7 @@ TimeFunction read_osim_function(const XmlElement& function) {
     out = scaled(read_osim_function(*inner), osim_number(function, "scale", 1));
   } else {
     function.refuse(
-        "is a function that is not known; expected Constant, LinearFunction, PolynomialFunction, Sine, "
+        "is not a supported function; expected Constant, LinearFunction, PolynomialFunction, Sine, "
         "SimmSpline, GCVSpline, PiecewiseLinearFunction or MultiplierFunction");
   }
   if (const std::string bad = complaint_of(out); !bad.empty()) function.refuse(bad);

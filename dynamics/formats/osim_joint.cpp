@@ -86,7 +86,7 @@ OsimJoints::Coordinate OsimJoints::coordinate_of(const OsimJoint& joint, std::si
     const XmlElement& e = *joint.coordinates[i];
     out.element = &e;
     out.name = e.require("name");
-    if (out.name.empty()) e.refuse("its name is empty; give it one");
+    if (out.name.empty()) e.refuse("has an empty name; give it a name");
     for (const auto& [child, to] :
          {std::pair{"default_value", &out.start}, {"default_speed_value", &out.speed}})
       if (const XmlElement* given = e.child(child)) *to = given->content_numbers(1, 1)[0];
@@ -96,8 +96,8 @@ OsimJoints::Coordinate OsimJoints::coordinate_of(const OsimJoint& joint, std::si
   const auto [at, is_new] = joint_of_coordinate_.emplace(out.name, joint.name);
   if (!is_new)
     (out.element ? *out.element : *joint.element)
-        .refuse(fmt::format("joint '{}' has a coordinate '{}' too; names must differ", printable(at->second),
-                            printable(out.name)));
+        .refuse(fmt::format("joint '{}' also has a coordinate '{}'; rename one of them",
+                            printable(at->second), printable(out.name)));
   return out;
 }
 
@@ -215,7 +215,7 @@ void OsimJoints::set_motion(const Coordinate& coordinate, Switch& one) {
     const double start = std::clamp(coordinate.start, range[0], range[1]);
     if (start == coordinate.start) return;
     notes_.motion.push_back(
-        fmt::format("coordinate '{}' starts at {:g}, for {:g} lies outside its range: at {}",
+        fmt::format("coordinate '{}' starts at {:g}, because {:g} lies outside its range: at {}",
                     printable(coordinate.name), start, coordinate.start, e.where()));
     one.q = {start};
   }
@@ -239,9 +239,10 @@ Switch OsimJoints::switch_of(const OsimJoint& joint, std::vector<GuidedPart> par
   }
   out.coordinate = fmt::format("{}.{}", coordinate.name, coordinate.uses + 1);
   out.motion = Coupled{coordinate.name, linear(0, 1)};
-  notes_.other.push_back(fmt::format(
-      "coordinate '{}' moves axes that another coordinate separates; '{}' follows it by a constraint: at {}",
-      printable(coordinate.name), printable(out.coordinate), joint.element->where()));
+  notes_.other.push_back(
+      fmt::format("coordinate '{}' moves two axes with another coordinate's axis between them; '{}' follows "
+                  "it by a constraint: at {}",
+                  printable(coordinate.name), printable(out.coordinate), joint.element->where()));
   return out;
 }
 

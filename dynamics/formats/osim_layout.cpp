@@ -52,7 +52,7 @@ OsimJoint new_joint(const XmlElement& joint, const OsimFrames& frames) {
 const XmlElement* joint_in(const XmlElement& body) {
   const XmlElement* holder = body.child("Joint");
   if (!holder || holder->children.empty()) return nullptr;
-  if (holder->children.size() > 1) holder->refuse("holds several joints, expected one");
+  if (holder->children.size() > 1) holder->refuse("contains several joints, expected one");
   holder->children[0].read = true;
   return &holder->children[0];
 }
@@ -64,8 +64,8 @@ std::vector<const XmlElement*> osim_objects(const XmlElement& parent, std::strin
   if (!element) return {};
   element->text("name");
   if (const std::string file = element->text("file"); !file.empty())
-    element->refuse("file", fmt::format("its content is in another file, '{}'; put it in this one (OpenSim "
-                                        "writes models as one file)",
+    element->refuse("file", fmt::format("its content is in another file, '{}'; open the model in OpenSim and "
+                                        "save it, which makes one file",
                                         printable(file)));
   element->child("groups");
   const XmlElement* objects = element->child("objects");
@@ -95,9 +95,9 @@ OsimLayout read_osim_layout(const XmlElement& model, const OsimFrames& frames) {
         if (c.name.starts_with("mass") || c.name.starts_with("inertia")) c.read = true;
       continue;
     }
-    if (name.empty()) body->refuse("its name is empty; give it one");
-    if (name == world_name) body->refuse("bears the fixed frame's name; rename it");
-    if (!names.insert(name).second) body->refuse("there are two of this name; names must differ");
+    if (name.empty()) body->refuse("has an empty name; give it a name");
+    if (name == world_name) body->refuse("has the fixed frame's name; rename it");
+    if (!names.insert(name).second) body->refuse("has the name of another one; rename one of them");
     out.bodies.push_back(body);
     if (joint) out.joints.push_back(old_joint(*joint, name, frames));
   }

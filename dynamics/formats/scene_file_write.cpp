@@ -373,7 +373,8 @@ Result<std::string> action_of(const std::string& what, const Action& action) {
         if constexpr (IsCode<Kind>) {
           return bad_use(
               fmt::format("{} '{}'", what, action.name),
-              fmt::format("is C++ code, which a scene file cannot contain; use another kind of {}", what));
+              fmt::format("is written in C++, which a scene file cannot contain; use another kind of {}",
+                          what));
         } else {
           Entries out{{"name", text_of(action.name)}};
           for (auto& entry : entries_of(kind)) out.push_back(std::move(entry));

@@ -191,9 +191,9 @@ class UrdfReader {
       if (c.name != "link" && c.name != "joint") continue;
       c.read = true;
       const std::string& name = c.require("name");
-      if (name.empty()) c.refuse("its name is empty; give it one");
+      if (name.empty()) c.refuse("has an empty name; give it a name");
       auto& known = c.name == "link" ? links_ : joint_names_;
-      if (!known.emplace(name, &c).second) c.refuse("the name appears twice; names must differ");
+      if (!known.emplace(name, &c).second) c.refuse("has the name of another one; rename one of them");
       if (c.name == "joint") joints_.push_back(&c);
     }
     if (links_.empty()) root_.refuse("has no <link>");
@@ -255,7 +255,7 @@ class UrdfReader {
       if (!above.contains(name)) roots.push_back(name);
     if (roots.size() > 1)
       links_.at(roots[1])->refuse(
-          fmt::format("has no parent joint, like others: {}; expected one root", name_list(roots)));
+          fmt::format("has no parent joint, so there are several roots: {}; expected one", name_list(roots)));
     std::map<std::string, std::size_t> passed;  // the walk, by number, that visited a link first
     for (const auto& [name, joint] : above) {
       const std::size_t start = passed.size() + 1;
@@ -283,7 +283,8 @@ class UrdfReader {
     Solid solid = solid_of(link);
     if (link == world_name) {
       if (floating)
-        links_.at(link)->refuse("is the root and the world itself, so it cannot float; leave out --floating");
+        links_.at(link)->refuse(
+            "is the root and has the world's name, so it cannot float; leave out --floating");
       if (solid.inertials.empty() && solid.shapes.empty()) return;
       solid.name = "world link";
       while (links_.contains(solid.name)) solid.name += "'";
