@@ -108,8 +108,8 @@ struct FrameBefore {
 
 /// Keeps what a bending switch adds to psi, alpha and gamma of its coordinates, at its origin. `before`: the
 /// frame before it, at its origin.
-template <class T, int nv>
-void keep_bends(const SwitchStep& step, const KinematicsOf<T>& k, const BendsOf<T, nv>& bends,
+template <class T>
+void keep_bends(const SwitchStep& step, const KinematicsOf<T>& k, const BendsOf<T>& bends,
                 const FrameBefore<T>& before, SpatialMotion<T>* rows, InverseDerivativesOf<T>& out) {
   const auto zero = [] { return SpatialMotion<T>{Vector3<T>::Zero(), Vector3<T>::Zero()}; };
   const auto add = [](const SpatialMotion<T>& what, const T& factor, SpatialMotion<T>& to) {
@@ -117,12 +117,12 @@ void keep_bends(const SwitchStep& step, const KinematicsOf<T>& k, const BendsOf<
     to.v += factor * what.v;
   };
   SpatialMotion<T> own = zero();  // v_s
-  for (int i = 0; i < nv; ++i) add({k.angular(step.u + i), k.linear(step.u + i)}, k.u[step.u + i], own);
+  for (int i = 0; i < step.nv; ++i) add({k.angular(step.u + i), k.linear(step.u + i)}, k.u[step.u + i], own);
   const T one(1), two(2);
-  for (int j = 0; j < nv; ++j) {
+  for (int j = 0; j < step.nv; ++j) {
     SpatialMotion<T> p = zero(), rate = zero(), alpha = bends.change[j];
-    for (int i = 0; i < nv; ++i) {
-      rows[i * nv + j] = bends.by[i][j];
+    for (int i = 0; i < step.nv; ++i) {
+      rows[i * step.nv + j] = bends.by[i][j];
       add(bends.by[i][j], k.u[step.u + i], p);
       add(bends.by[j][i], k.u[step.u + i], rate);
       add(bends.by[i][j], k.acceleration[step.u + i], alpha);
@@ -181,19 +181,13 @@ void keep_frames(const System& system, const Parameters& parameters, const Kinem
         keep_frame(step, k, root.X.p, before, out);
         continue;
       }
-      std::visit(
-          [&]<class Kind>(const Kind& kind) {
-            if constexpr (Bending<Kind>) {
-              const auto bends = find_bends(kind, k.q.data() + step.q, k.u.data() + step.u,
-                                            pose_before(system, parameters, k, body, s));
-              before.move_to(k.origin(step.u));
-              keep_bends(step, k, bends, before, &out.bends[std::size_t(out.bending[s])], out);
-              keep_frame(step, k, root.X.p, before, out);
-              before.wdot += bends.sum.w;
-              before.vdot += bends.sum.v;
-            }
-          },
-          parameters.kinds[s]);
+      const BendsOf<T> bends =
+          find_bends(parameters.kinds[s], step, k, pose_before(system, parameters, k, body, s));
+      before.move_to(k.origin(step.u));
+      keep_bends(step, k, bends, before, &out.bends[std::size_t(out.bending[s])], out);
+      keep_frame(step, k, root.X.p, before, out);
+      before.wdot += bends.sum.w;
+      before.vdot += bends.sum.v;
     }
   }
 }
