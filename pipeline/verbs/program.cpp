@@ -57,8 +57,8 @@ std::string bad_use_of(const CLI::ParseError& e, const CLI::App& program, const 
   if (program.get_subcommands().empty()) return fmt::format("{} (see borelli --help)", e.what());
   const CLI::App& verb = *program.get_subcommands().front();
   return fmt::format("{} (see borelli {} --help)",
-                     e.get_name() == "ExtrasError" ? unknown_word(e.what(), program, verb)
-                                                   : in_plain_words(e.what(), e.get_name()),
+                     dynamic_cast<const CLI::ExtrasError*>(&e) ? unknown_word(e.what(), program, verb)
+                                                               : in_plain_words(e.what(), e.get_name()),
                      verb.get_name());
 }
 
