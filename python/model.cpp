@@ -20,7 +20,7 @@ Model read_scene_model(const py::object& path, bool floating, double minimum_mas
   auto model = std::make_shared<ModelFile>(released([&] { return read_model(file, options); }));
   std::vector<std::string> warnings;
   for (const std::string& line : model->not_modelled.motion)
-    warnings.push_back("not modelled and changes the motion: " + line);
+    warnings.push_back("not modelled, so the motion differs: " + line);
   warn(warnings);
   return model;
 }
@@ -59,7 +59,7 @@ std::string model_html(const ModelFile& model) {
 template <auto write>
 std::string foreign_text(const ModelFile& model) {
   WrittenModel written = value_or_throw(write(model.scene, {}));
-  for (std::string& omission : written.omissions) omission.insert(0, "lost or changed: ");
+  for (std::string& omission : written.omissions) omission.insert(0, "the written file lacks or changes: ");
   warn(written.omissions);
   return std::move(written.text);
 }

@@ -10,7 +10,7 @@ trap 'rm -rf "$work"' EXIT
 cd "$work"
 
 "$program" phantom -o scan.nii.gz --spacing 10 >phantom.log 2>&1
-arguments=(run scan.nii.gz --quantity hu --work-grid 6 --flight-time 0.5 --mesh-tolerance 5)
+arguments=(run scan.nii.gz --quantity hu --work-grid 6 --flight-time 0.5 --mesh-tolerance-mm 5)
 
 # run.json or a report without times, memory, and the digest and sizes of these two files
 plain() {
@@ -18,7 +18,7 @@ plain() {
                               s/"report.html":("[0-9a-f]*"|[0-9]+)//g; s/"bytes":[0-9]+,"path":"run.json"//'
 }
 
-"$program" "${arguments[@]}" --out whole >whole.log 2>&1
+"$program" "${arguments[@]}" --output whole >whole.log 2>&1
 mapfile -t stages < <(sed -nE 's/^ *"stage": "(.*)",?$/\1/p' whole/scan/run.json | awk '!seen[$0]++')
 declare -A seconds
 while read -r stage took; do seconds[$stage]=$took; done < <(
@@ -32,14 +32,14 @@ for ((n = 0; n < count; ++n)); do
   rounds=$(((count + ${#stages[@]} - 1) / ${#stages[@]}))
   pause=$(awk -v n=$((n / ${#stages[@]})) -v rounds=$rounds -v s="${seconds[$stage]:-0}" 'BEGIN { print s * (n + 0.5) / rounds }')
   rm -rf out
-  "$program" "${arguments[@]}" --out out >killed.log 2>&1 &
+  "$program" "${arguments[@]}" --output out >killed.log 2>&1 &
   run=$!
   until grep -q "^$stage " killed.log 2>/dev/null || ! kill -0 $run 2>/dev/null; do sleep 0.005; done
   sleep "$pause"
   if kill -KILL $run 2>/dev/null; then kills[$stage]=$((${kills[$stage]:-0} + 1)); else ended=$((ended + 1)); fi
   wait $run 2>/dev/null || true
 
-  if ! "$program" "${arguments[@]}" --out out >resumed.log 2>&1; then
+  if ! "$program" "${arguments[@]}" --output out >resumed.log 2>&1; then
     echo "trial $n, killed in $stage after $pause s: the second run failed:" && cat resumed.log && continue
   fi
   if differs=$(diff -rq --exclude run.json --exclude report.html whole out 2>&1) &&

@@ -77,7 +77,7 @@ std::string in_words(const Economy& economy) {
                   economy.runs, double(economy.evaluations) / double(std::max(whole.evaluations, 1L)));
   if (economy.sparse)
     cost +=
-        fmt::format("; {} output times are too few for the motion's shortest steps; give more with --outputs",
+        fmt::format("; {} output times are too few for the motion's shortest steps; give more with --samples",
                     economy.instants);
   if (economy.models.size() == 1)
     return fmt::format("none of the scene's {} coordinates can be locked within {:g}", whole.coordinates,

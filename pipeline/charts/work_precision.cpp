@@ -431,7 +431,7 @@ Result<WorkPrecision> work_precision(const Scene& scene, const WorkPrecisionSett
       if (const double at = start + i * length / settings.outputs;
           row_at(*given, at, length) == given->times.size())
         return bad_use(given->name, fmt::format("has no row at t = {:.9g} s; it needs a row every {:.9g} s, "
-                                                "because runs are compared at {} times (--outputs)",
+                                                "because runs are compared at {} times (--samples)",
                                                 at, length / settings.outputs, settings.outputs));
   }
   return Chart(scene, *system, settings, observer, others).run();

@@ -16,8 +16,9 @@
 #include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/model_options.hpp"
 #include "pipeline/verbs/names.hpp"
-#include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/progress.hpp"
+#include "pipeline/verbs/shared_flags.hpp"
+#include "pipeline/verbs/value_check.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "process/input_file.hpp"
 
@@ -205,35 +206,28 @@ void add_chart(CLI::App& program, Command& command) {
       "Run a scene with every method and draw the error against the computing time (work-precision chart)");
   auto o = std::make_shared<ChartOptions>();
   verb->add_option("scene", o->scene, "Scene file: TOML, MJCF, URDF or OpenSim")->required();
-  add_model_options(*verb, o->model);
-  verb->add_option("-o,--out", o->folder, "Folder for the page, the drawings and the table")
+  add_output(*verb, o->folder, "FOLDER", "Folder for the page, the drawings and the table")
       ->capture_default_str();
-  verb->add_option(
-          "--methods", o->settings.methods,
-          "Integrators, separated by commas; `auto` chooses one as simulate --accuracy does (default: all)")
+  auto* quick = verb->add_flag("--quick", o->quick, "Coarse chart: --budget 0.02 --repeats 1");
+  verb->add_flag("--thorough", o->thorough, "Fine chart: --budget 2 --repeats 5 --per-decade 2")
+      ->excludes(quick);
+  add_shared(*verb, flags::methods, o->settings.methods,
+             "; `auto` chooses one as simulate --accuracy does (default: all)")
       ->delimiter(',')
-      ->check(CLI::IsMember(methods));
-  verb->add_option("--equations", o->equations,
-                   "Equations of motion: recursive (along the tree), lagrange (the paper's scan), or both, "
-                   "separated by commas")
+      ->check(one_of(methods));
+  add_shared(*verb, flags::end, o->end);
+  add_shared(*verb, flags::equations, o->equations, "; both, separated by commas, are compared")
       ->delimiter(',')
-      ->check(CLI::IsMember({"recursive", "lagrange"}))
       ->capture_default_str();
-  verb->add_option("--constraints", o->constraints,
-                   "Treatment of constraint drift: projection, baumgarte, or both, separated by commas")
+  add_shared(*verb, flags::constraints, o->constraints, "; both, separated by commas, are compared")
       ->delimiter(',')
-      ->check(CLI::IsMember({"projection", "baumgarte"}))
       ->capture_default_str();
-  verb->add_option("--end", o->end, "End time of each run, s (default: the scene's)")
-      ->check(positive_number());
-  verb->add_option("--outputs", o->settings.outputs, "Number of times at which runs are compared")
-      ->check(CLI::Range(1, 10000))
-      ->capture_default_str();
+  add_shared(*verb, flags::samples, o->settings.outputs)->capture_default_str();
   verb->add_option("--repeats", o->settings.repeats, "Runs per point; the reported time is their median")
-      ->check(CLI::Range(1, 1000))
+      ->check(whole_number_within(1, 1000))
       ->capture_default_str();
   verb->add_option("--per-decade", o->settings.per_decade, "Tolerances per decade for adaptive methods")
-      ->check(CLI::Range(1, 10))
+      ->check(whole_number_within(1, 10))
       ->capture_default_str();
   verb->add_option(
           "--budget", o->settings.budget,
@@ -242,18 +236,16 @@ void add_chart(CLI::App& program, Command& command) {
       ->capture_default_str();
   verb->add_option("--reference", o->reference,
                    "Reference motion that is more accurate than any run, for example a closed form: a CSV or "
-                   "HDF5 file as simulate writes it, with one row per output time");
+                   "HDF5 file as simulate writes it, with one row per output time")
+      ->type_name("FILE");
   verb->add_option(
           "--reference-error", o->reference_error,
           "Error of the reference: positions relative to the scene's length, angles in rad (default: 1e-12)")
       ->check(positive_number());
-  auto* quick = verb->add_flag("--quick", o->quick, "Coarse chart: --budget 0.02 --repeats 1");
-  verb->add_flag("--thorough", o->thorough, "Fine chart: --budget 2 --repeats 5 --per-decade 2")
-      ->excludes(quick);
   group_options(*verb, "Runs",
-                {"--quick", "--thorough", "--methods", "--equations", "--constraints", "--end", "--outputs",
-                 "--repeats", "--per-decade", "--budget"});
+                {"--equations", "--constraints", "--samples", "--repeats", "--per-decade", "--budget"});
   group_options(*verb, "Reference", {"--reference", "--reference-error"});
+  add_model_options(*verb, o->model);
   verb->callback([&command, o, verb] {
     const auto preset = [&](const char* option, auto& value, auto number) {
       if (verb->count(option) == 0) value = number;

@@ -8,6 +8,7 @@
 #include "pipeline/files/whole_file.hpp"
 #include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/model_options.hpp"
+#include "pipeline/verbs/shared_flags.hpp"
 #include "pipeline/verbs/verb.hpp"
 
 namespace borelli {
@@ -16,13 +17,13 @@ namespace {
 using nlohmann::json;
 
 struct ConvertAsked {
-  std::string model, out;
+  std::string model, output;
   ModelOptions options;
 };
 
 Result<json> convert(const ConvertAsked& asked, const Command& command) {
-  if (auto fine = check_model_ending(asked.out); !fine) return tl::unexpected(fine.error());
-  if (auto fine = check_writable(asked.out, {asked.model}); !fine) return tl::unexpected(fine.error());
+  if (auto fine = check_model_ending(asked.output); !fine) return tl::unexpected(fine.error());
+  if (auto fine = check_writable(asked.output, {asked.model}); !fine) return tl::unexpected(fine.error());
   const auto model = read_model(command, asked.model, asked.options);
   if (!model) return tl::unexpected(model.error());
   const auto system = compile(model->scene);
@@ -33,15 +34,16 @@ Result<json> convert(const ConvertAsked& asked, const Command& command) {
   }
   const std::string source = std::filesystem::path(asked.model).filename().string();
   const auto written = write_model(
-      model->scene, asked.out,
+      model->scene, asked.output,
       {.meshes = {}, .comments = {fmt::format("Converted from {} by borelli " BORELLI_VERSION, source)}});
   if (!written) return tl::unexpected(written.error());
-  if (auto done = write_whole(asked.out, written->text); !done) return tl::unexpected(done.error());
-  for (const std::string& omission : written->omissions) command.warn("lost or changed: " + omission);
+  if (auto done = write_whole(asked.output, written->text); !done) return tl::unexpected(done.error());
+  for (const std::string& omission : written->omissions)
+    command.warn("the written file lacks or changes: " + omission);
   if (!command.json)
-    fmt::print("wrote {}: {} solids, {} free coordinates\n", asked.out, model->scene.solids.size(),
+    fmt::print("wrote {}: {} solids, {} free coordinates\n", asked.output, model->scene.solids.size(),
                system->nv);
-  return json{{"file", asked.out},
+  return json{{"file", asked.output},
               {"solids", model->scene.solids.size()},
               {"velocities", system->nv},
               {"omissions", written->omissions}};
@@ -53,8 +55,8 @@ void add_convert(CLI::App& program, Command& command) {
   auto* verb = program.add_subcommand("convert", "Write a scene or model in another format");
   auto asked = std::make_shared<ConvertAsked>();
   verb->add_option("model", asked->model, "Scene or model: .toml, .xml (MJCF), .urdf or .osim")->required();
-  verb->add_option("-o,--out", asked->out,
-                   "File to write; its ending says the format: .xml or .mjcf, .urdf, .osim, .toml")
+  add_output(*verb, asked->output, "FILE",
+             "File to write; its ending says the format: .xml or .mjcf, .urdf, .osim, .toml")
       ->required();
   add_model_options(*verb, asked->options);
   verb->callback(

@@ -16,8 +16,9 @@
 #include "pipeline/files/whole_file.hpp"
 #include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/model_options.hpp"
-#include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/progress.hpp"
+#include "pipeline/verbs/shared_flags.hpp"
+#include "pipeline/verbs/value_check.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/verbs/volume_info.hpp"
 
@@ -25,7 +26,7 @@ namespace borelli {
 namespace {
 
 struct EconomyOptions {
-  std::string input, folder = "economy", tolerance, quantity;
+  std::string input, folder = "economy", model_tolerance, table_tolerance, quantity;
   ModelOptions model;
   std::optional<double> end;
   EconomySettings settings;
@@ -91,8 +92,9 @@ void print(const Economy& economy) {
 Result<nlohmann::json> work_on_volume(const EconomyOptions& o, const Command& command) {
   const std::filesystem::path folder = o.folder;
   if (o.of_scene || o.model.floating)
-    return bad_use(o.input,
-                   "is a volume: only --tolerance and --quantity apply; leave out the options for scenes");
+    return bad_use(
+        o.input,
+        "is a volume: only --table-tolerance and --quantity apply; leave out the options for scenes");
   const auto scanned = read_volume(command, o.input, o.quantity);
   if (!scanned) return tl::unexpected(scanned.error());
   if (scanned->volume.quantity == Quantity::mr)
@@ -141,8 +143,11 @@ Result<nlohmann::json> work_on_volume(const EconomyOptions& o, const Command& co
 
 Result<nlohmann::json> work_on_scene(const EconomyOptions& o, const Command& command) {
   const std::filesystem::path folder = o.folder;
-  if (!o.quantity.empty())
-    return bad_use("--quantity", "applies only to volumes, and " + o.input + " is a scene; use --keep");
+  for (const auto& [option, given] :
+       {std::pair("--quantity", &o.quantity), {"--table-tolerance", &o.table_tolerance}})
+    if (!given->empty())
+      return bad_use(option, "applies only to volumes, and " + o.input +
+                                 " is a scene; use --keep and --model-tolerance");
   auto model = read_model(command, o.input, o.model);
   if (!model) return tl::unexpected(model.error());
   model->scene.simulation.end_time = o.end.value_or(model->scene.simulation.end_time);
@@ -170,35 +175,24 @@ void add_economy(CLI::App& program, Command& command) {
   auto o = std::make_shared<EconomyOptions>();
   verb->add_option("input", o->input, "Scene (TOML, MJCF, URDF or OpenSim), or CT or density volume")
       ->required();
+  add_output(*verb, o->folder, "FOLDER", "Folder for the scene, the page, the drawings and the table")
+      ->capture_default_str();
+  add_shared(*verb, flags::model_tolerance, o->model_tolerance, " (default: 1%)");
+  add_shared(*verb, flags::keep, o->settings.quantities);
+  add_shared(*verb, flags::end, o->end);
+  add_shared(*verb, flags::samples, o->settings.outputs)->capture_default_str();
+  add_shared(*verb, flags::table_tolerance, o->table_tolerance, " (default: 1%)");
+  add_shared(*verb, flags::quantity, o->quantity, flags::quantity_default);
+  group_options(*verb, "Scene", {"--model-tolerance", "--keep", "--end", "--samples"});
+  group_options(*verb, "Volume", {"--table-tolerance", "--quantity"});
   add_model_options(*verb, o->model);
-  verb->add_option("-o,--out", o->folder, "Folder for the scene, the page, the drawings and the table")
-      ->capture_default_str();
-  verb->add_option(
-      "--keep", o->settings.quantities,
-      "Scene: what must stay within --tolerance: centre, solid:NAME, solid:NAME:x,y,z, turn:NAME or "
-      "coordinate:NAME; may be repeated (default: the gravity centres of all solids)");
-  verb->add_option(
-      "--quantity", o->quantity,
-      "Volume: what its voxels hold: hu, density_kgm3 or density_gcm3 (default: taken from the file)");
-  verb->add_option("--tolerance", o->tolerance,
-                   "Largest error, as 1% or 0.01 (default: 1%): lengths relative to the scene's size, angles "
-                   "in rad, entries of an inertia table relative");
-  verb->add_option("--end", o->end, "Scene: end time of each run, s (default: the scene's)")
-      ->check(positive_number());
-  verb->add_option("--outputs", o->settings.outputs,
-                   "Scene: least number of times at which motions are compared")
-      ->check(CLI::Range(1, 100000))
-      ->capture_default_str();
-  verb->add_option("--repeats", o->settings.repeats,
-                   "Scene: runs per model; the reported time is their median")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
   verb->callback([&command, o, verb] {
-    for (const char* option : {"--keep", "--end", "--outputs", "--repeats"})
+    for (const char* option : {"--model-tolerance", "--keep", "--end", "--samples"})
       o->of_scene = o->of_scene || verb->count(option) > 0;
     command.work = [o](const Command& c) -> Result<nlohmann::json> {
-      if (!o->tolerance.empty()) {
-        const auto tolerance = parse_tolerance(o->tolerance, 1e-9, 1);
+      const std::string& given = o->model_tolerance.empty() ? o->table_tolerance : o->model_tolerance;
+      if (!given.empty()) {
+        const auto tolerance = parse_tolerance(given, 1e-9, 1);
         if (!tolerance) return tl::unexpected(tolerance.error());
         o->settings.tolerance = *tolerance;
       }

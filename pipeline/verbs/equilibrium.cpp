@@ -6,6 +6,7 @@
 #include "dynamics/equations/evaluate.hpp"
 #include "error/json_text.hpp"
 #include "pipeline/files/whole_file.hpp"
+#include "pipeline/verbs/shared_flags.hpp"
 #include "pipeline/verbs/state_file.hpp"
 #include "pipeline/verbs/verb.hpp"
 
@@ -20,8 +21,7 @@ struct EquilibriumOptions : StateOptions {
 
 Result<json> work(const EquilibriumOptions& o, const Command& command) {
   if (!o.output.empty()) {
-    if (!o.output.ends_with(".json"))
-      return bad_use(o.output, "is not a .json file; name the state file with the ending .json");
+    if (!o.output.ends_with(".json")) return bad_use(o.output, "is not a .json file; end the name in .json");
     if (auto fine = check_writable(o.output, {o.scene}); !fine) return tl::unexpected(fine.error());
   }
   const auto given = read_scene_at_state(o, command);
@@ -59,7 +59,7 @@ void add_equilibrium(CLI::App& program, Command& command) {
                                       "(`borelli modes` tells whether it is stable)");
   auto o = std::make_shared<EquilibriumOptions>();
   add_state_options(*verb, *o);
-  verb->add_option("-o,--out", o->output, "File for the state (.json); --state of other verbs reads it");
+  add_output(*verb, o->output, "FILE", "File for the state (.json); --state of other verbs reads it");
   verb->callback([&command, o] { command.work = [o](const Command& c) { return work(*o, c); }; });
 }
 

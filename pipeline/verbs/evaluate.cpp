@@ -190,11 +190,13 @@ void add_evaluate(CLI::App& program, Command& command) {
                  "then linear)");
   verb->add_option("--point", o->points,
                    "Add position, velocity, Jacobian and bias of a point of a solid, SOLID:X,Y,Z in metres; "
-                   "may be repeated");
-  verb->add_option("--reactions", o->reactions,
+                   "may be repeated")
+      ->type_name("POINT")
+      ->allow_extra_args(false);
+  verb->add_option("--reactions-in", o->reactions,
                    "Add the reaction on each solid from its parent through the joint: force, and moment "
                    "about the joint's point, in the axes of the world or of the parent")
-      ->check(CLI::IsMember({"world", "parent"}));
+      ->check(one_of({"world", "parent"}));
   verb->callback([&command, o] { command.work = [o](const Command& c) { return work(*o, c); }; });
 }
 

@@ -9,10 +9,10 @@
 #include "pipeline/export/render.hpp"
 #include "pipeline/files/whole_file.hpp"
 #include "pipeline/verbs/inputs.hpp"
-#include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/progress.hpp"
+#include "pipeline/verbs/shared_flags.hpp"
+#include "pipeline/verbs/value_check.hpp"
 #include "pipeline/verbs/verb.hpp"
-#include "segmentation/files/landmarks_file.hpp"
 #include "segmentation/vocabulary/parts.hpp"
 
 namespace borelli {
@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 struct ExportAsked {
-  std::string labels, names, folder, landmarks, table, scan, units = "m";
+  std::string labels, names, folder, landmarks, table, volume, units = "m";
   bool stl = false, vtp = false, ply = false, obj = false, picture = false, dicom = false, patient = false;
   double tolerance_mm = 1;
 
@@ -37,13 +37,14 @@ struct ExportAsked {
 };
 
 // joint centres of a landmark file, in the world frame
-Result<std::vector<Eigen::Vector3d>> joints_of(const std::string& path) {
+Result<std::vector<Eigen::Vector3d>> joints_of(const Command& command, const std::string& path) {
   std::vector<Eigen::Vector3d> centres;
   if (path.empty()) return centres;
-  const auto landmarks = read_landmarks(path);
-  if (!landmarks) return tl::unexpected(landmarks.error());
+  const auto given = read_given_landmarks(command, path);
+  if (!given) return tl::unexpected(given.error());
+  const Landmarks landmarks = given->all();
   for (const Part& part : parts)
-    if (const auto joint = landmarks->find(part.joint); joint != landmarks->end())
+    if (const auto joint = landmarks.find(part.joint); joint != landmarks.end())
       centres.push_back(1e-3 * joint->second.point);
   return centres;
 }
@@ -114,10 +115,10 @@ Result<json> export_meshes(const ExportAsked& wanted, const Command& command, co
 // asked for.
 Result<std::optional<DicomSource>> scan_of(const ExportAsked& wanted) {
   if (!wanted.dicom) return std::nullopt;
-  if (auto fine = check_writable(wanted.dicom_file(), {wanted.labels, wanted.scan}); !fine)
+  if (auto fine = check_writable(wanted.dicom_file(), {wanted.labels, wanted.volume}); !fine)
     return tl::unexpected(fine.error());
-  if (wanted.scan.empty()) return std::nullopt;
-  auto source = read_dicom_source(wanted.scan);
+  if (wanted.volume.empty()) return std::nullopt;
+  auto source = read_dicom_source(wanted.volume);
   if (!source) return tl::unexpected(source.error());
   return std::move(*source);
 }
@@ -128,7 +129,7 @@ Result<json> run(const ExportAsked& wanted, const Command& command) {
   const fs::path folder = wanted.folder, picture = folder / "body.png";
   if (auto fine = wanted.picture ? check_writable(picture) : check_folder_writable(folder); !fine)
     return tl::unexpected(fine.error());
-  const auto joints = joints_of(wanted.landmarks);
+  const auto joints = joints_of(command, wanted.landmarks);
   if (!joints) return tl::unexpected(joints.error());
   const auto table = table_of(command, wanted.table);
   if (!table) return tl::unexpected(table.error());
@@ -156,30 +157,30 @@ void add_export(CLI::App& program, Command& command) {
       "export", "Write one mesh per body part, a picture of the body, the labels as DICOM");
   auto wanted = std::make_shared<ExportAsked>();
   verb->add_option("labels", wanted->labels, "Label map: .nii.gz, .nrrd or .mha")->required();
-  verb->add_option("-o,--out", wanted->folder, "Folder for the files")->required();
-  verb->add_option("--label-names", wanted->names,
-                   "Names of the labels, a TSV file (default: the file of names beside the label map)");
+  add_output(*verb, wanted->folder, "FOLDER", "Folder for the files")->required();
+  add_shared(*verb, flags::label_names, wanted->names);
   verb->add_flag("--stl", wanted->stl,
                  "Write meshes as STL (default if no format and no picture is named: STL and VTP)");
   verb->add_flag("--vtp", wanted->vtp, "Write meshes as VTP, with the part's name, number and density");
   verb->add_flag("--ply", wanted->ply, "Write meshes as PLY");
   verb->add_flag("--obj", wanted->obj, "Write meshes as OBJ");
   verb->add_option("--units", wanted->units, "Unit of the meshes' coordinates: m, or mm as 3D Slicer expects")
-      ->check(CLI::IsMember({"m", "mm"}))
+      ->check(one_of({"m", "mm"}))
       ->capture_default_str();
-  verb->add_option("--table", wanted->table, "Inertia table (.json), for the densities in VTP files");
-  auto* dicom =
-      verb->add_flag("--dicom", wanted->dicom, "Write the labels as a DICOM segmentation, labels.dcm");
-  auto* scan = verb->add_option("--scan", wanted->scan,
-                                "DICOM folder of the scan that the labels belong to; labels.dcm refers to it")
-                   ->needs(dicom);
-  verb->add_flag("--patient", wanted->patient, patient_help)->needs(scan);
+  add_shared(*verb, flags::mesh_tolerance, wanted->tolerance_mm)->capture_default_str();
+  verb->add_option("--table", wanted->table, "Inertia table (.json), for the densities in VTP files")
+      ->type_name("FILE");
   verb->add_flag("--picture", wanted->picture, "Draw a picture, body.png");
-  verb->add_option("--landmarks", wanted->landmarks,
-                   "Landmarks (JSON); the picture shows their joint centres");
-  verb->add_option("--mesh-tolerance", wanted->tolerance_mm,
-                   "How far mesh simplification may move the surface, mm (default: 1)")
-      ->check(number_within(0.0, 50.0));
+  add_shared(*verb, flags::landmarks, wanted->landmarks, "; the picture shows the joint centres");
+  auto* dicom = add_shared(*verb, flags::dicom, wanted->dicom);
+  auto* volume = add_shared(*verb, flags::volume, wanted->volume,
+                            "; the scan that the labels belong to, DICOM, to which labels.dcm refers")
+                     ->needs(dicom);
+  add_shared(*verb, flags::patient, wanted->patient)->needs(volume);
+  group_options(*verb, "Meshes",
+                {"--stl", "--vtp", "--ply", "--obj", "--units", "--mesh-tolerance-mm", "--table"});
+  group_options(*verb, "Picture", {"--picture", "--landmarks"});
+  group_options(*verb, "DICOM", {"--dicom", "--volume", "--patient"});
   verb->callback([&command, wanted] {
     command.work = [wanted](const Command& chosen) { return run(*wanted, chosen); };
   });

@@ -6,6 +6,7 @@
 #include "pipeline/files/whole_file.hpp"
 #include "pipeline/paper/paper_figures.hpp"
 #include "pipeline/verbs/progress.hpp"
+#include "pipeline/verbs/shared_flags.hpp"
 #include "pipeline/verbs/verb.hpp"
 
 namespace borelli {
@@ -45,7 +46,7 @@ void add_figures(CLI::App& program, Command& command) {
   auto* verb = program.add_subcommand(
       "figures", "Draw the paper's figures 2, 3, 4, 6, 7, 8 and 10 from runs of this program");
   auto folder = std::make_shared<std::string>("figures");
-  verb->add_option("-o,--out", *folder, "Folder for the SVG pictures and the CSV tables of their data")
+  add_output(*verb, *folder, "FOLDER", "Folder for the SVG pictures and the CSV tables of their data")
       ->capture_default_str();
   verb->callback(
       [&command, folder] { command.work = [folder](const Command& c) { return work(*folder, c); }; });

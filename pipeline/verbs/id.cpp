@@ -14,8 +14,9 @@
 #include "pipeline/recordings/recording.hpp"
 #include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/model_options.hpp"
-#include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/progress.hpp"
+#include "pipeline/verbs/shared_flags.hpp"
+#include "pipeline/verbs/value_check.hpp"
 #include "pipeline/verbs/verb.hpp"
 
 namespace borelli {
@@ -24,10 +25,9 @@ namespace {
 using nlohmann::json;
 
 struct IdOptions {
-  std::string model, motion, forces, setup, out, powers;
-  std::vector<std::string> feet;
+  std::string model, motion, forces, setup, output, powers;
   ModelOptions how;
-  std::optional<double> start, end, cutoff;
+  std::optional<double> from, to, cutoff;
 };
 
 Result<void> use_setup(IdOptions& o, MotionEffortsRequest& request, const Command& command) {
@@ -64,7 +64,7 @@ Result<std::vector<ExternalLoad>> read_loads(const IdOptions& o, const Scene& sc
     for (Eigen::Matrix3Xd* values : {&force.force, &force.point, &force.moment}) *values = turn * *values;
   const auto motion = RecordedMotion::of(system, positions, cutoff);
   if (!motion) return tl::unexpected(motion.error());
-  auto loads = loads_on_feet(system, *motion, recorded->forces, o.feet.empty() ? feet_of(system) : o.feet);
+  auto loads = loads_on_feet(system, *motion, recorded->forces, feet_of(system));
   if (!loads) return tl::unexpected(loads.error());
   command.warn(loads->warnings);
   return std::move(loads->loads);
@@ -90,7 +90,7 @@ json answer_of(const IdOptions& o, const System& system, const RecordedEfforts& 
               {"root_residuals", residual_report(efforts)},
               {"coordinates", coordinates}};
   if (efforts.peak_force > 0) answer["peak_measured_force"] = efforts.peak_force;
-  if (!o.out.empty()) answer["out"] = o.out;
+  if (!o.output.empty()) answer["output"] = o.output;
   return answer;
 }
 
@@ -112,7 +112,7 @@ void print_answer(const IdOptions& o, const System& system, const RecordedEffort
       fmt::print(", {:.1f} % of the peak force", 100 * r.peak / efforts.peak_force);
     fmt::print("\n");
   }
-  for (const std::string& file : {o.out, o.powers})
+  for (const std::string& file : {o.output, o.powers})
     if (!file.empty()) fmt::print("wrote {}\n", file);
 }
 
@@ -125,13 +125,13 @@ Result<json> work(IdOptions o, const Command& command) {
   MotionEffortsRequest request{.cutoff = 6, .time_range = MotionEffortsRequest().time_range, .progress = {}};
   if (auto used = use_setup(o, request, command); !used) return tl::unexpected(used.error());
   if (o.motion.empty()) return bad_use("id", "needs --motion FILE, or a --setup that names one");
-  for (const std::string& out : {o.out, o.powers})
+  for (const std::string& out : {o.output, o.powers})
     if (!out.empty())
       if (auto fine = check_writable(out, {o.model, o.motion, o.forces, o.setup}); !fine)
         return tl::unexpected(fine.error());
   if (o.cutoff) request.cutoff = *o.cutoff;
-  if (o.start) request.time_range.first = *o.start;
-  if (o.end) request.time_range.second = *o.end;
+  if (o.from) request.time_range.first = *o.from;
+  if (o.to) request.time_range.second = *o.to;
   const auto model = read_model(command, o.model, o.how);
   if (!model) return tl::unexpected(model.error());
   const auto system = compile(model->scene);
@@ -145,7 +145,8 @@ Result<json> work(IdOptions o, const Command& command) {
   const auto loads = read_loads(o, model->scene, *system, positions->positions, request.cutoff, command);
   if (!loads) return tl::unexpected(loads.error());
   if (loads->empty())
-    command.warn("no measured force acts on the model: what carries it shows as residuals at the root");
+    command.warn(
+        "no ground force is given, so the force that carries the body appears as a residual at the root");
   ProgressBar progress(command.json);
   progress.begin("inverse dynamics");
   request.progress = [&](double done) { progress.update(done); };
@@ -153,8 +154,8 @@ Result<json> work(IdOptions o, const Command& command) {
   progress.end("done");
   if (!efforts) return tl::unexpected(efforts.error());
   command.warn(efforts->warnings);
-  if (!o.out.empty())
-    if (auto wrote = write_table(effort_table_of(*system, *efforts), o.out); !wrote)
+  if (!o.output.empty())
+    if (auto wrote = write_table(effort_table_of(*system, *efforts), o.output); !wrote)
       return tl::unexpected(wrote.error());
   if (!o.powers.empty())
     if (auto wrote = write_table(power_table_of(*system, *efforts), o.powers); !wrote)
@@ -171,21 +172,14 @@ void add_id(CLI::App& program, Command& command) {
       program.add_subcommand("id", "Inverse dynamics: the joint moments and powers of a recorded motion");
   auto o = std::make_shared<IdOptions>();
   verb->add_option("model", o->model, "The model: OpenSim, MJCF, URDF or a scene")->required();
-  verb->add_option("--motion", o->motion, "Joint angles over time: .mot or .sto, e.g. from borelli ik");
-  verb->add_option("--forces", o->forces,
-                   "Measured ground forces: OpenSim's external loads (.xml), a table (.mot, .sto), or the "
-                   "force plates of a .c3d");
-  verb->add_option("-o,--out", o->out, "Table to write (.sto): the joint moments and forces, N m and N");
-  verb->add_option("--powers", o->powers, "Table to write (.sto): the joint powers, W");
-  verb->add_option("--setup", o->setup, "OpenSim's set-up (.xml): motion, forces, time range and cut-off");
-  verb->add_option("--feet", o->feet,
-                   "Solids that may stand on force plates; otherwise those with calcn or foot in their names")
-      ->delimiter(',');
-  verb->add_option("--cut-off", o->cutoff,
-                   "Cut-off of the low-pass filter over the angles, Hz; 0: none [6, or the set-up's]")
-      ->check(number_not_negative());
-  verb->add_option("--start", o->start, "First time, s");
-  verb->add_option("--end", o->end, "Last time, s");
+  add_shared(*verb, flags::motion, o->motion, ": joint angles over time (.mot, .sto), e.g. from borelli ik");
+  add_shared(*verb, flags::forces, o->forces);
+  add_output(*verb, o->output, "FILE", "Table to write (.sto): the joint moments and forces, N m and N");
+  verb->add_option("--powers", o->powers, "Table to write (.sto): the joint powers, W")->type_name("FILE");
+  add_shared(*verb, flags::setup, o->setup, ": motion, forces, time range and cut-off");
+  add_shared(*verb, flags::cut_off, o->cutoff, " (default: 6, or the set-up's)");
+  add_shared(*verb, flags::from, o->from);
+  add_shared(*verb, flags::to, o->to);
   add_model_options(*verb, o->how);
   verb->callback([&command, o] { command.work = [o](const Command& c) { return work(*o, c); }; });
 }

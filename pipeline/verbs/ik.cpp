@@ -1,4 +1,4 @@
-// borelli ik MODEL --markers W.trc -o W.mot: joint angles of a recorded motion, by inverse kinematics.
+// borelli ik MODEL --motion W.trc -o W.mot: joint angles of a recorded motion, by inverse kinematics.
 #include <fmt/core.h>
 
 #include <chrono>
@@ -11,8 +11,9 @@
 #include "pipeline/recordings/recording.hpp"
 #include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/model_options.hpp"
-#include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/progress.hpp"
+#include "pipeline/verbs/shared_flags.hpp"
+#include "pipeline/verbs/value_check.hpp"
 #include "pipeline/verbs/verb.hpp"
 
 namespace borelli {
@@ -21,11 +22,10 @@ namespace {
 using nlohmann::json;
 
 struct IkOptions {
-  std::string model, markers, setup, coordinates, out, errors;
+  std::string model, motion, setup, output, errors;
   ModelOptions how;
-  std::optional<double> start, end;
+  std::optional<double> from, to;
   double unit = 0;
-  bool beyond_ranges = false;
 };
 
 /// The set-up's tasks and files; the command line wins.
@@ -36,8 +36,7 @@ Result<void> use_setup(IkOptions& o, MotionFitRequest& request, const Command& c
   for (const auto* lines : {&setup->not_modelled.motion, &setup->not_modelled.other})
     for (const std::string& line : *lines) command.note(fmt::format("{}: not used: {}", o.setup, line));
   request.time_range = setup->time_range;
-  if (o.markers.empty()) o.markers = setup->marker_file.string();
-  if (o.coordinates.empty()) o.coordinates = setup->coordinate_file.string();
+  if (o.motion.empty()) o.motion = setup->marker_file.string();
   request.setup = std::move(*setup);
   return {};
 }
@@ -73,26 +72,25 @@ json answer_of(const IkOptions& o, const MotionFit& fit, double seconds) {
     answer["marker_error_max"] = {{"error", largest},
                                   {"marker", fit.markers[std::size_t(fit.frames[frame].worst)]},
                                   {"time", fit.times[frame]}};
-  if (!o.out.empty()) answer["out"] = o.out;
+  if (!o.output.empty()) answer["output"] = o.output;
   return answer;
 }
 
 Result<json> work(IkOptions o, const Command& command) {
   MotionFitRequest request;
   if (auto used = use_setup(o, request, command); !used) return tl::unexpected(used.error());
-  if (o.markers.empty()) return bad_use("ik", "needs --markers FILE, or a --setup that names one");
-  for (const std::string& out : {o.out, o.errors})
+  if (o.motion.empty()) return bad_use("ik", "needs --motion FILE, or a --setup that names one");
+  for (const std::string& out : {o.output, o.errors})
     if (!out.empty())
-      if (auto fine = check_writable(out, {o.model, o.markers, o.setup}); !fine)
+      if (auto fine = check_writable(out, {o.model, o.motion, o.setup}); !fine)
         return tl::unexpected(fine.error());
-  if (o.start) request.time_range.first = *o.start;
-  if (o.end) request.time_range.second = *o.end;
-  request.within_ranges = !o.beyond_ranges;
+  if (o.from) request.time_range.first = *o.from;
+  if (o.to) request.time_range.second = *o.to;
   const auto model = read_model(command, o.model, o.how);
   if (!model) return tl::unexpected(model.error());
   const auto system = compile(model->scene);
   if (!system) return tl::unexpected(system.error());
-  const auto recording = read_recording(o.markers, o.unit);
+  const auto recording = read_recording(o.motion, o.unit);
   if (!recording) return tl::unexpected(recording.error());
   command.warn(recording->warnings);
   if (request.setup) {
@@ -100,8 +98,8 @@ Result<json> work(IkOptions o, const Command& command) {
     const bool from_file = std::any_of(tasks.begin(), tasks.end(), [](const CoordinateTask& task) {
       return task.apply && task.target == CoordinateTask::Target::from_file;
     });
-    if (from_file && !o.coordinates.empty()) {
-      auto table = read_motion_table(o.coordinates);
+    if (from_file && !request.setup->coordinate_file.empty()) {
+      auto table = read_motion_table(request.setup->coordinate_file);
       if (!table) return tl::unexpected(table.error());
       command.warn(table->warnings);
       request.coordinate_values = std::move(table->table);
@@ -116,12 +114,13 @@ Result<json> work(IkOptions o, const Command& command) {
   progress.end(fmt::format("{:.2g} s", seconds));
   if (!fit) return tl::unexpected(fit.error());
   command.warn(fit->warnings);
-  if (!o.out.empty()) {
-    const auto text = is_motion_text(o.out)
-                          ? motion_text(model->scene, posed_trajectory(*system, {fit->times, fit->q}), o.out)
-                          : motion_table_text(table_of(*system, *fit), o.out);
+  if (!o.output.empty()) {
+    const auto text =
+        is_motion_text(o.output)
+            ? motion_text(model->scene, posed_trajectory(*system, {fit->times, fit->q}), o.output)
+            : motion_table_text(table_of(*system, *fit), o.output);
     if (!text) return tl::unexpected(text.error());
-    if (auto wrote = write_whole(o.out, *text); !wrote) return tl::unexpected(wrote.error());
+    if (auto wrote = write_whole(o.output, *text); !wrote) return tl::unexpected(wrote.error());
   }
   if (!o.errors.empty()) {
     const auto text = motion_table_text(error_table_of(*fit), o.errors);
@@ -139,7 +138,7 @@ Result<json> work(IkOptions o, const Command& command) {
                  answer["marker_error_max"]["time"].get<double>());
     fmt::print("\n{:.3f} ms and {:.1f} iterations a frame\n", answer["milliseconds_per_frame"].get<double>(),
                answer["iterations_per_frame"].get<double>());
-    for (const std::string& file : {o.out, o.errors})
+    for (const std::string& file : {o.output, o.errors})
       if (!file.empty()) fmt::print("wrote {}\n", file);
   }
   return answer;
@@ -151,25 +150,17 @@ void add_ik(CLI::App& program, Command& command) {
   auto* verb = program.add_subcommand("ik", "Inverse kinematics: the joint angles of a recorded motion");
   auto o = std::make_shared<IkOptions>();
   verb->add_option("model", o->model, "The model: OpenSim, MJCF, URDF or a scene, with markers")->required();
-  verb->add_option("--markers", o->markers,
-                   "The recording: TRC, C3D, or BVH, whose joint centres are the markers");
-  verb->add_option(
-      "-o,--out", o->out,
-      "Joint angles to write: .mot or .sto of OpenSim, in degrees and m; or a skeleton (.bvh), or the "
-      "model's markers (.trc)");
-  verb->add_option("--setup", o->setup,
-                   "OpenSim's set-up (.xml): which markers and coordinates to follow, and their weights");
+  add_shared(*verb, flags::motion, o->motion, ": .trc, .c3d, or .bvh, whose joint centres are the markers");
+  add_output(*verb, o->output, "FILE",
+             "Joint angles to write: .mot or .sto of OpenSim, in degrees and m; or a skeleton (.bvh), or the "
+             "model's markers (.trc)");
+  add_shared(*verb, flags::setup, o->setup, ": which markers and coordinates to follow, and their weights");
   verb->add_option("--errors", o->errors,
-                   "Table to write (.sto): the error of every marker in every frame, m");
-  verb->add_option("--coordinates", o->coordinates,
-                   "Table (.mot, .sto) with the values that tasks of the set-up follow");
-  verb->add_option("--start", o->start, "First time to fit, s");
-  verb->add_option("--end", o->end, "Last time to fit, s");
-  verb->add_option("--bvh-unit", o->unit,
-                   "BVH: its unit of length in m; otherwise guessed from the skeleton's size")
-      ->check(positive_number());
-  verb->add_flag("--beyond-ranges", o->beyond_ranges,
-                 "Let coordinates leave the ranges that the model gives them");
+                   "Table to write (.sto): the error of every marker in every frame, m")
+      ->type_name("FILE");
+  add_shared(*verb, flags::from, o->from);
+  add_shared(*verb, flags::to, o->to);
+  add_shared(*verb, flags::bvh_unit, o->unit);
   add_model_options(*verb, o->how);
   verb->callback([&command, o] { command.work = [o](const Command& c) { return work(*o, c); }; });
 }

@@ -17,7 +17,8 @@
 #include "pipeline/files/subject.hpp"
 #include "pipeline/files/whole_file.hpp"
 #include "pipeline/verbs/inputs.hpp"
-#include "pipeline/verbs/number_check.hpp"
+#include "pipeline/verbs/shared_flags.hpp"
+#include "pipeline/verbs/value_check.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "segmentation/files/class_mapping.hpp"
 #include "segmentation/files/dicom_segmentation.hpp"
@@ -28,7 +29,7 @@ namespace borelli {
 namespace {
 
 struct InertiaSettings {
-  std::string volume, labels, names, mapping, landmarks, findings, quantity, sampling, convention, segments;
+  std::string volume, labels, names, mapping, landmarks, findings, quantity, convention, segments;
   MeasureOptions measure;
   std::vector<std::string> compared;
   std::vector<std::string> outputs;
@@ -72,8 +73,6 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, cons
   Subject subject = subject_of(*scan, options.sex);
   options.sex = std::move(subject.sex);
   for (const std::string& note : subject.notes) command.note(note);
-  if (settings.sampling == "points") options.sampling = Sampling::points;
-  if (settings.sampling == "averages") options.sampling = Sampling::averages;
   auto cuts = cuts_of(settings);
   if (!cuts) return tl::unexpected(cuts.error());
   options.cuts = std::move(*cuts);
@@ -260,7 +259,7 @@ Result<void> check_outputs(const InertiaSettings& s) {
   inputs.insert(inputs.end(), s.compared.begin(), s.compared.end());
   for (const std::string& output : s.outputs) {
     if (!output.ends_with(".csv") && !output.ends_with(".json"))
-      return bad_use(output, "is not a .csv or .json file; the table is written as one of these");
+      return bad_use(output, "is not a .csv or .json file; name a table with one of these endings");
     if (auto fine = check_writable(output, inputs); !fine) return fine;
   }
   return {};
@@ -286,23 +285,20 @@ Result<nlohmann::json> compare_files(const InertiaSettings& settings, const Comm
   return nlohmann::json::parse(comparison_json(tables));
 }
 
-Result<nlohmann::json> work(const InertiaSettings& settings, bool blur_chosen, const Command& command) {
+Result<nlohmann::json> work(const InertiaSettings& settings, const Command& command) {
   if (!settings.compared.empty()) {
     if (!settings.volume.empty() || !settings.labels.empty())
-      return bad_use("--compare", "reads existing tables; leave --volume and --labels out");
+      return bad_use("--compare", "compares existing tables; leave out --volume and --labels");
     return compare_files(settings, command);
   }
   if (settings.volume.empty() || settings.labels.empty())
     return bad_use("inertia", "needs --volume and --labels, or --compare with two or more tables");
-  if (blur_chosen && settings.sampling == "points")
-    return bad_use("--blur-reach",
-                   "has no effect with --voxels points: drawn voxels have no blur; leave it out");
   if (!settings.findings.empty() && !settings.mapping.empty())
-    return bad_use(
-        "--findings",
-        "has no effect with --label-mapping, which finds the parts again; leave one of the two out");
+    return bad_use("--findings",
+                   "has no effect with --label-mapping, because the parts are then found again; leave one of "
+                   "the two out");
   if (settings.measure.frames == "isb" && settings.landmarks.empty() && settings.mapping.empty())
-    return bad_use("--frames isb", "the ISB's segment axes need landmarks; give --landmarks");
+    return bad_use("--frames isb", "needs landmarks to define the axes; add --landmarks FILE");
   if (auto fine = check_outputs(settings); !fine) return tl::unexpected(fine.error());
   const auto table = make_table_from_files(settings, command);
   if (!table) return tl::unexpected(table.error());
@@ -320,60 +316,40 @@ void add_inertia(CLI::App& program, Command& command) {
   auto* verb = program.add_subcommand(
       "inertia", "Measure mass, gravity centre and inertia tensor of each labelled part");
   auto settings = std::make_shared<InertiaSettings>();
-  verb->add_option("--volume", settings->volume, "CT, density or MR volume: a DICOM folder or a file");
-  verb->add_option("--labels", settings->labels, "Label map of the body parts on the volume's grid");
-  verb->add_option("--label-names", settings->names,
-                   "Names of the labels, a TSV file (default: the file of names beside the label map)");
-  verb->add_option("--label-mapping", settings->mapping, label_mapping_help);
-  verb->add_option("--landmarks", settings->landmarks,
-                   "Joint centres and bony points for segment lengths and axes (JSON, or .mrk.json and .fcsv "
-                   "of 3D Slicer)");
+  add_shared(*verb, flags::volume, settings->volume);
+  add_shared(*verb, flags::labels, settings->labels,
+             "; it holds parts, or with --label-mapping the classes of another program");
+  add_output(*verb, settings->outputs, "FILE", "Table to write, .csv or .json; may be repeated")
+      ->allow_extra_args(false);
+  add_shared(*verb, flags::quantity, settings->quantity, flags::quantity_default);
+  add_shared(*verb, flags::landmarks, settings->landmarks, "; for segment lengths and axes");
   verb->add_option("--findings", settings->findings,
-                   "segmentation.json of `borelli segment`; it says which parts the scan cuts off");
-  verb->add_option(
-      "--quantity", settings->quantity,
-      "What the voxels hold: hu, density_kgm3, density_gcm3 or mr (default: taken from the file)");
-  verb->add_option(
-      "--density-curve", settings->measure.density_curve,
-      fmt::format("Curve from CT numbers to densities, by name (default: {})", default_density_curve));
-  verb->add_option("--voxels", settings->sampling,
-                   "How to read a voxel's value: points (a drawn volume), averages (a scan) or auto (judged "
-                   "at the skin)")
-      ->check(CLI::IsMember({"auto", "points", "averages"}));
-  verb->add_option("--blur-reach", settings->measure.blur_reach,
-                   "How far the scanner's blur reaches beyond a voxel, mm")
-      ->check(number_within(0., 100.))
-      ->capture_default_str();
-  verb->add_option("--convention", settings->convention,
-                   "How the labels were cut: as `borelli segment` cuts, or by a published convention "
-                   "(default: as --findings says, otherwise deleva1996)")
-      ->check(CLI::IsMember(cut_names));
-  verb->add_option("--frames", settings->measure.frames,
-                   "Axes of the segments: joints (along the joint centres) or isb (as the ISB defines them)")
-      ->check(CLI::IsMember({"joints", "isb"}))
-      ->capture_default_str();
-  verb->add_option("--segments", settings->segments, segments_help);
+                   "segmentation.json of `borelli segment`; it says which parts the scan cuts off")
+      ->type_name("FILE");
+  add_shared(*verb, flags::sex, settings->measure.sex, flags::sex_compares);
+  add_shared(*verb, flags::label_mapping, settings->mapping);
+  add_shared(*verb, flags::label_names, settings->names);
+  add_shared(*verb, flags::density_curve, settings->measure.density_curve,
+             fmt::format(" (default: {})", default_density_curve));
+  add_shared(*verb, flags::convention, settings->convention,
+             ": as `borelli segment` cuts, or by a published convention (default: as --findings says, "
+             "otherwise deleva1996)")
+      ->check(one_of(cut_names));
+  add_shared(*verb, flags::frames, settings->measure.frames)->capture_default_str();
+  add_shared(*verb, flags::segments, settings->segments);
+  add_shared(*verb, flags::keep_paths, settings->keep_paths);
   verb->add_option("--compare", settings->compared,
                    "Compare these tables (.json) instead: two give differences, more give means and "
-                   "regressions on stature and mass");
-  verb->add_option("--stature", settings->measure.stature_m,
-                   "Body height from sole to vertex, m; group tables need it")
-      ->check(number_within(0.3, 2.8));
-  verb->add_option("--sex", settings->measure.sex,
-                   "male or female; shows published values for comparison (default: from DICOM)")
-      ->check(CLI::IsMember({"male", "female"}));
-  verb->add_option("--pose", settings->measure.pose,
-                   "How the person lay or stood, e.g. supine (default: from DICOM)");
-  verb->add_option("-o,--out", settings->outputs, "Table to write, .csv or .json; may be repeated");
-  verb->add_flag("--keep-paths", settings->keep_paths, keep_paths_help);
+                   "regressions on stature and mass")
+      ->type_name("FILE");
+  add_shared(*verb, flags::stature, settings->measure.stature_m, "; group tables need it");
+  add_shared(*verb, flags::pose, settings->measure.pose);
+  group_options(*verb, "Labels of another program", {"--label-mapping", "--label-names"});
   group_options(*verb, "Table",
-                {"--density-curve", "--voxels", "--blur-reach", "--convention", "--frames", "--segments"});
-  group_options(*verb, "Comparison", {"--compare", "--stature", "--sex", "--pose"});
-  verb->callback([&command, settings, verb] {
-    const bool blur_chosen = verb->count("--blur-reach") > 0;
-    command.work = [settings, blur_chosen](const Command& c) -> Result<nlohmann::json> {
-      return work(*settings, blur_chosen, c);
-    };
+                {"--density-curve", "--convention", "--frames", "--segments", "--keep-paths"});
+  group_options(*verb, "Comparison of bodies", {"--compare", "--stature", "--pose"});
+  verb->callback([&command, settings] {
+    command.work = [settings](const Command& c) -> Result<nlohmann::json> { return work(*settings, c); };
   });
 }
 

@@ -7,6 +7,7 @@
 #include "pipeline/verbs/model_options.hpp"
 #include "pipeline/verbs/motion_info.hpp"
 #include "pipeline/verbs/progress.hpp"
+#include "pipeline/verbs/shared_flags.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/verbs/volume_info.hpp"
 
@@ -39,9 +40,7 @@ void add_info(CLI::App& program, Command& command) {
   auto quantity = std::make_shared<std::string>();
   auto options = std::make_shared<ModelOptions>();
   verb->add_option("file", *path, "Volume, DICOM folder, scene or trajectory")->required();
-  verb->add_option("--quantity", *quantity,
-                   "What a volume's voxels hold: hu, density_kgm3, density_gcm3, labels or mr (default: "
-                   "taken from the file)");
+  add_shared(*verb, flags::quantity, *quantity, flags::quantity_default);
   add_model_options(*verb, *options);
   verb->callback([&command, path, quantity, options] {
     command.work = [path, quantity, options](const Command& chosen) -> Result<nlohmann::json> {
@@ -64,10 +63,8 @@ void add_info(CLI::App& program, Command& command) {
       if (is(".toml") || is(".xml") || is(".urdf") || is(".mjcf") || is(".osim"))
         return said(scene_info(chosen, *path, *options), scene_info_text, chosen);
       if (volume_asked) return volume(*path, *quantity, chosen);
-      return bad_use(*path,
-                     is(".csv")
-                         ? "is a table for people and spreadsheets; name the trajectory's .h5 file for more"
-                         : "is not a volume, scene or trajectory that this program reads");
+      return bad_use(*path, is(".csv") ? "is a table without the trajectory's details; name the .h5 file"
+                                       : "is not a volume, scene or trajectory that this program reads");
     };
   });
 }

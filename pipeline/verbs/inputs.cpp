@@ -56,7 +56,7 @@ Result<ModelFile> read_model(const Command& command, const std::string& path, co
   auto model = read_model(std::filesystem::path(path), options);
   if (!model || model->not_modelled.empty()) return model;
   const auto& [motion, other] = model->not_modelled;
-  for (const std::string& line : motion) command.warn("not modelled and changes the motion: " + line);
+  for (const std::string& line : motion) command.warn("not modelled, so the motion differs: " + line);
   for (const std::string& line : other) command.note("not modelled: " + line);
   command.add_to_answer("not_modelled", {{"changes_motion", motion}, {"other", other}});
   return model;

@@ -4,6 +4,8 @@
 
 #include <vector>
 
+#include "pipeline/verbs/help.hpp"
+
 namespace borelli {
 namespace {
 
@@ -24,24 +26,6 @@ std::string in_troff(const std::string& text) {
   return out;
 }
 
-// The words that a list of choices allows, as CLI11 states them in the option's type: "TEXT:{male,female}".
-std::vector<std::string> choices_of(const CLI::Option& option) {
-  const std::string type = option.get_type_name();
-  const auto from = type.find('{'), to = type.find('}');
-  std::vector<std::string> words;
-  if (from == std::string::npos || to == std::string::npos || to < from) return words;
-  std::string word;
-  for (const char c : type.substr(from + 1, to - from - 1) + ",") {
-    if (c != ',') {
-      word += c;
-    } else if (!word.empty()) {
-      words.push_back(word);
-      word.clear();
-    }
-  }
-  return words;
-}
-
 // all names of an option with their dashes
 std::vector<std::string> flags_of(const CLI::Option& option) {
   std::vector<std::string> flags;
@@ -57,27 +41,15 @@ std::vector<const CLI::Option*> options_of(const CLI::App& app) {
   return shown;
 }
 
-bool takes_value(const CLI::Option& option) { return option.get_items_expected_max() > 0; }
-
-// how a value is named: its choices, else its type without the checks' words
-std::string value_name(const CLI::Option& option) {
-  const auto words = choices_of(option);
-  if (words.empty()) return option.get_type_name().substr(0, option.get_type_name().find_first_of(":="));
-  return fmt::format("{}", fmt::join(words, "|"));
-}
-
 std::string option_entry(const CLI::Option& option) {
   std::string head;
   for (const std::string& flag : flags_of(option))
     head += fmt::format("{}\\fB{}\\fR", head.empty() ? "" : ", ", in_troff(flag));
   if (head.empty())
     head = fmt::format("\\fI{}\\fR", in_troff(option.get_name(true)));
-  else if (takes_value(option))
-    head += fmt::format(" \\fI{}\\fR", in_troff(value_name(option)));
-  std::string about = option.get_description();
-  if (!option.get_default_str().empty()) about += fmt::format(" (default: {})", option.get_default_str());
-  if (option.get_required()) about += " (required)";
-  return fmt::format(".TP\n{}\n{}\n", head, in_troff(about));
+  else if (const std::string value = value_name(option); !value.empty())
+    head += fmt::format(" \\fI{}\\fR", in_troff(value));
+  return fmt::format(".TP\n{}\n{}\n", head, in_troff(meaning_of(option)));
 }
 
 std::string verb_section(const CLI::App& verb) {
@@ -85,8 +57,14 @@ std::string verb_section(const CLI::App& verb) {
   for (const CLI::Option* option : options_of(verb))
     if (flags_of(*option).empty()) title += " " + option->get_name(true);
   std::string text = fmt::format(".SS \"{}\"\n{}.\n", in_troff(title), in_troff(verb.get_description()));
-  for (const CLI::Option* option : options_of(verb))
-    if (option != verb.get_help_ptr()) text += option_entry(*option);
+  std::string group = "Options";
+  for (const std::string& heading : verb.get_groups())
+    for (const CLI::Option* option : options_of(verb)) {
+      if (option == verb.get_help_ptr() || option->get_group() != heading) continue;
+      if (heading != group) text += fmt::format(".PP\n\\fI{}\\fR\n", in_troff(heading));
+      group = heading;
+      text += option_entry(*option);
+    }
   return text;
 }
 

@@ -2,7 +2,7 @@
 //
 // Beside NAME.nii.gz (or .nrrd, .mha) it writes NAME_labels.* with its names, NAME_table.json and .csv (exact
 // mass, gravity centre and tensor of each segment) and NAME_landmarks.json (exact joint centres). With --walk
-// WALK also a made-up motion capture of the body: WALK.trc, WALK_grf.mot and WALK_moments.sto.
+// STEM also a made-up motion capture of the body: STEM.trc, STEM_grf.mot and STEM_moments.sto.
 #include <fmt/core.h>
 
 #include <array>
@@ -18,7 +18,8 @@
 #include "pipeline/motion/walk_markers.hpp"
 #include "pipeline/recordings/motion_table_file.hpp"
 #include "pipeline/recordings/trc_file.hpp"
-#include "pipeline/verbs/number_check.hpp"
+#include "pipeline/verbs/shared_flags.hpp"
+#include "pipeline/verbs/value_check.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "process/memory.hpp"
 #include "samples/phantom_voxels.hpp"
@@ -33,7 +34,7 @@ namespace fs = std::filesystem;
 
 struct PhantomAsked {
   std::string output, sex = "male", walk;
-  std::vector<std::string> pose;
+  std::vector<std::string> angles;
   std::vector<double> spacing{3}, rotation_deg{0, 0, 0}, offset{0, 0, 0}, crop;
   bool seed_chosen = false, sex_chosen = false;
   PhantomOptions body;
@@ -51,7 +52,7 @@ Result<std::pair<std::string, double>> angle_from(const std::string& text) {
     if (read.ec == std::errc() && read.ptr == end) return std::pair{text.substr(0, equals), value};
   }
   return bad_use(
-      "--pose",
+      "--angle",
       fmt::format("'{}' is not a joint angle; expected a form like knee_left_flexion=30, in degrees", text));
 }
 
@@ -63,20 +64,20 @@ Result<void> settle(PhantomAsked& asked) {
         "--sex",
         "has no effect with --child: a six-year-old has the same proportions as girl and boy; leave it out");
   if (asked.scan.streaks_hu > 0 && asked.body.metal_hip.empty())
-    return bad_use("--streaks", "needs metal; add --metal-hip");
-  if (!asked.walk.empty() && !asked.pose.empty())
-    return bad_use("--walk", "starts from the standing body; leave out --pose");
+    return bad_use("--streaks", "applies only to metal; add --metal-hip");
+  if (!asked.walk.empty() && !asked.angles.empty())
+    return bad_use("--walk", "applies only to the standing body; leave out --angle");
   if (!asked.crop.empty())
     for (int c = 0; c < 3; ++c) {
       asked.grid.crop_low[c] = asked.crop[static_cast<std::size_t>(2 * c)];
       asked.grid.crop_high[c] = asked.crop[static_cast<std::size_t>(2 * c + 1)];
     }
   asked.body.sex = asked.sex == "female" ? Sex::female : Sex::male;
-  for (const std::string& text : asked.pose) {
+  for (const std::string& text : asked.angles) {
     const auto angle = angle_from(text);
     if (!angle) return tl::unexpected(angle.error());
     if (!asked.body.pose_deg.insert(*angle).second)
-      return bad_use("--pose", fmt::format("{} is given twice", angle->first));
+      return bad_use("--angle", fmt::format("{} is given twice", angle->first));
   }
   if (asked.spacing.size() == 1) asked.spacing.resize(3, asked.spacing[0]);
   if (asked.spacing.size() != 3) return bad_use("--spacing", "needs one number, or three: one per grid axis");
@@ -89,7 +90,7 @@ Result<void> settle(PhantomAsked& asked) {
   return check_scan(asked.grid, asked.scan);
 }
 
-// Every joint angle that --pose takes, with its range and its default in the standing pose, degrees.
+// Every joint angle that --angle takes, with its range and its default in the standing pose, degrees.
 std::string angles_for_help() {
   std::string text;
   for (const PoseAngle& angle : pose_angles)
@@ -105,7 +106,7 @@ Result<std::pair<fs::path, std::string>> split(const std::string& path) {
     if (path.ends_with(ending) && path.size() > std::string_view(ending).size())
       return std::pair{fs::path(path.substr(0, path.size() - std::string_view(ending).size())),
                        std::string(ending)};
-  return bad_use(path, "is not a .nii.gz, .nii, .nrrd or .mha file; the phantom is written as one of these");
+  return bad_use(path, "is not a .nii.gz, .nii, .nrrd or .mha file; name a volume with one of these endings");
 }
 
 InertiaTable exact_table(const Phantom& phantom, const PhantomAsked& asked) {
@@ -115,7 +116,7 @@ InertiaTable exact_table(const Phantom& phantom, const PhantomAsked& asked) {
   source.density_curve = asked.body.density_curve;
   source.density_source = density_curve(asked.body.density_curve).value().source;
   source.sex = asked.body.child ? "" : asked.sex;
-  source.pose = asked.pose.empty() ? "standing" : "as asked";
+  source.pose = asked.angles.empty() ? "standing" : "as asked";
   source.cuts = "deleva1996", source.frames = "joints";
   return make_table(std::move(source), rows_of_parts(phantom.exact, phantom.volume, phantom.landmarks));
 }
@@ -242,75 +243,88 @@ std::string no_minus(const std::string& text) {
   return text.starts_with('-') ? "'" + text + "' is not a seed; give a whole number, 0 or more" : "";
 }
 
+void add_body_flags(CLI::App& verb, PhantomAsked& asked) {
+  add_shared(verb, flags::sex, asked.sex)->capture_default_str();
+  verb.add_flag("--child", asked.body.child, "Use the proportions of a six-year-old child");
+  add_shared(verb, flags::stature, asked.body.stature_m, " (default: the mean of de Leva's sample)");
+  add_shared(verb, flags::mass, asked.body.mass_kg,
+             " (default: the mean of de Leva's sample, scaled by stature cubed)");
+  verb.add_option("--angle", asked.angles,
+                  "Joint angle in degrees, e.g. knee_left_flexion=30; may be repeated. Right joints take "
+                  "the same angles: " +
+                      angles_for_help())
+      ->type_name("NAME=DEGREES")
+      ->allow_extra_args(false);
+  verb.add_option("--variation", asked.body.variation,
+                  "Seed of a random body: varies lengths and thicknesses of segments and bones, and the way "
+                  "the body stands")
+      ->check(no_minus);
+  verb.add_option("--metal-hip", asked.body.metal_hip, "Make femoral head and socket of this hip of metal")
+      ->check(one_of({"left", "right"}));
+  add_shared(verb, flags::density_curve, asked.body.density_curve)->capture_default_str();
+  group_options(verb, "Body",
+                {"--sex", "--child", "--stature", "--mass", "--angle", "--variation", "--metal-hip",
+                 "--density-curve"});
+}
+
+void add_scanner_flags(CLI::App& verb, PhantomAsked& asked) {
+  verb.add_option("--spacing", asked.spacing, "Voxel spacing, mm: one number, or one per axis")
+      ->expected(1, 3)
+      ->check(number_within(0.2, 50.0))
+      ->capture_default_str();
+  verb.add_option("--rotation-deg", asked.rotation_deg,
+                  "Rotation of the grid about patient x, then y, then z, degrees")
+      ->expected(3)
+      ->check(number_within(-180.0, 180.0));
+  verb.add_option("--tilt-deg", asked.grid.tilt_deg, "Gantry tilt, which shears the grid, degrees")
+      ->check(number_within(-45.0, 45.0));
+  verb.add_option("--offset", asked.offset, "Shift of the grid along its axes, in voxels")
+      ->expected(3)
+      ->check(number_within(-1.0, 1.0));
+  verb.add_option("--margin", asked.grid.margin, "Air around the body, mm")
+      ->check(number_within(0.0, 500.0))
+      ->capture_default_str();
+  verb.add_option(
+          "--crop", asked.crop,
+          "Scan only this box: x from and to, y from and to, z from and to, in the patient frame (LPS), mm")
+      ->expected(6);
+  verb.add_option("--field-of-view", asked.scan.field_of_view,
+                  "Diameter of the field of view in each slice, mm (default: everything)")
+      ->check(number_within(0.0, 2000.0));
+  verb.add_flag("--partial-volume", asked.scan.partial_volume,
+                "Give each voxel the mean over its box (default: the value at its centre)");
+  verb.add_option("--blur", asked.scan.blur_mm, "Standard deviation of the scanner's blur, mm")
+      ->check(number_within(0.0, 20.0));
+  verb.add_option("--noise", asked.scan.noise_hu, "Standard deviation of the noise, HU")
+      ->check(number_within(0.0, 1000.0));
+  verb.add_option("--seed", asked.scan.seed, "Seed of the noise; the same seed gives the same bytes")
+      ->check(no_minus)
+      ->capture_default_str();
+  verb.add_option("--streaks", asked.scan.streaks_hu, "Strength of the streaks at the metal's side, HU")
+      ->check(number_within(0.0, 3000.0));
+  verb.add_flag("--couch", asked.scan.table, "Lay the body on the scanner's curved couch");
+  verb.add_flag("--blanket", asked.scan.blanket, "Lay a thick blanket over the body");
+  group_options(
+      verb, "Grid",
+      {"--spacing", "--rotation-deg", "--tilt-deg", "--offset", "--margin", "--crop", "--field-of-view"});
+  group_options(verb, "Scanner",
+                {"--partial-volume", "--blur", "--noise", "--seed", "--streaks", "--couch", "--blanket"});
+}
+
 }  // namespace
 
 void add_phantom(CLI::App& program, Command& command) {
   auto* verb =
       program.add_subcommand("phantom", "Write the sample body as a scan, with its exact inertia table");
   auto asked = std::make_shared<PhantomAsked>();
-  verb->add_option("-o,--out", asked->output, "Volume to write: .nii.gz, .nii, .nrrd or .mha")->required();
-  verb->add_option("--sex", asked->sex, "Sex of the body: male or female")
-      ->check(CLI::IsMember({"male", "female"}))
-      ->capture_default_str();
-  verb->add_flag("--child", asked->body.child, "Use the proportions of a six-year-old child");
-  verb->add_option("--variation", asked->body.variation,
-                   "Seed of a random body: varies lengths and thicknesses of segments and bones, and the way "
-                   "the body stands")
-      ->check(no_minus);
-  verb->add_option("--metal-hip", asked->body.metal_hip,
-                   "Make femoral head and socket of this hip of metal: left or right")
-      ->check(CLI::IsMember({"left", "right"}));
-  verb->add_option("--stature", asked->body.stature_m,
-                   "Body height from sole to vertex, m (default: the mean of de Leva's sample)");
-  verb->add_option("--mass", asked->body.mass_kg,
-                   "Body mass, kg (default: the mean of de Leva's sample, scaled by stature cubed)");
-  verb->add_option("--pose", asked->pose,
-                   "Joint angle in degrees, e.g. knee_left_flexion=30; may be repeated. Right joints take "
-                   "the same angles: " +
-                       angles_for_help());
+  add_output(*verb, asked->output, "FILE", "Volume to write: .nii.gz, .nii, .nrrd or .mha")->required();
   verb->add_option(
-      "--walk", asked->walk,
-      "Also write a made-up motion capture of the body walking: WALK.trc (markers), WALK_grf.mot "
-      "(ground forces) and WALK_moments.sto (the exact joint moments)");
-  verb->add_option("--density-curve", asked->body.density_curve,
-                   "Density curve that gives the tissues their densities, by name")
-      ->capture_default_str();
-  verb->add_option("--spacing", asked->spacing, "Voxel spacing, mm: one number, or one per axis")
-      ->expected(1, 3)
-      ->check(number_within(0.2, 50.0))
-      ->capture_default_str();
-  verb->add_option("--rotation-deg", asked->rotation_deg,
-                   "Rotation of the grid about patient x, then y, then z, degrees")
-      ->expected(3)
-      ->check(number_within(-180.0, 180.0));
-  verb->add_option("--tilt-deg", asked->grid.tilt_deg, "Gantry tilt, which shears the grid, degrees")
-      ->check(number_within(-45.0, 45.0));
-  verb->add_option("--offset", asked->offset, "Shift of the grid along its axes, in voxels")
-      ->expected(3)
-      ->check(number_within(-1.0, 1.0));
-  verb->add_option("--margin", asked->grid.margin, "Air around the body, mm")
-      ->check(number_within(0.0, 500.0))
-      ->capture_default_str();
-  verb->add_flag("--table", asked->scan.table, "Lay the body on a curved table");
-  verb->add_flag("--blanket", asked->scan.blanket, "Lay a thick blanket over the body");
-  verb->add_option(
-          "--crop", asked->crop,
-          "Scan only this box: x from and to, y from and to, z from and to, in the patient frame (LPS), mm")
-      ->expected(6);
-  verb->add_option("--field-of-view", asked->scan.field_of_view,
-                   "Diameter of the field of view in each slice, mm (default: everything)")
-      ->check(number_within(0.0, 2000.0));
-  verb->add_option("--streaks", asked->scan.streaks_hu, "Strength of the streaks at the metal's side, HU")
-      ->check(number_within(0.0, 3000.0));
-  verb->add_flag("--partial-volume", asked->scan.partial_volume,
-                 "Give each voxel the mean over its box (default: the value at its centre)");
-  verb->add_option("--blur", asked->scan.blur_mm, "Standard deviation of the scanner's blur, mm")
-      ->check(number_within(0.0, 20.0));
-  verb->add_option("--noise", asked->scan.noise_hu, "Standard deviation of the noise, HU")
-      ->check(number_within(0.0, 1000.0));
-  verb->add_option("--seed", asked->scan.seed, "Seed of the noise; the same seed gives the same bytes")
-      ->check(no_minus)
-      ->capture_default_str();
+          "--walk", asked->walk,
+          "Also write a made-up motion capture of the body walking: STEM.trc (markers), STEM_grf.mot "
+          "(ground forces) and STEM_moments.sto (the exact joint moments)")
+      ->type_name("STEM");
+  add_body_flags(*verb, *asked);
+  add_scanner_flags(*verb, *asked);
   verb->callback([&command, asked, verb] {
     asked->seed_chosen = verb->count("--seed") > 0;
     asked->sex_chosen = verb->count("--sex") > 0;

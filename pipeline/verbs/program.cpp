@@ -15,10 +15,12 @@
 #include "error/nearest_name.hpp"
 #include "error/printable.hpp"
 #include "pipeline/files/whole_file.hpp"
+#include "pipeline/verbs/help.hpp"
 #include "pipeline/verbs/manual.hpp"
 #include "pipeline/verbs/progress.hpp"
 #include "pipeline/verbs/say.hpp"
 #include "pipeline/verbs/settings.hpp"
+#include "pipeline/verbs/value_check.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "process/input_file.hpp"
 #include "process/memory.hpp"
@@ -27,11 +29,37 @@
 
 namespace {
 
+// Says which word no option takes, and which flag may be meant. CLI11 lists such words last to first.
+std::string unknown_word(const std::string& told, const CLI::App& program, const CLI::App& verb) {
+  const std::string word = borelli::printable(told.substr(told.rfind(' ') + 1));
+  if (!word.starts_with('-')) return fmt::format("unexpected word '{}'", word);
+  std::vector<std::string> flags;
+  for (const CLI::App* app : {&program, &verb})
+    for (const CLI::Option* option : app->get_options())
+      for (const std::string& name : option->get_lnames()) flags.push_back("--" + name);
+  const auto meant = borelli::nearest_name(word, flags);
+  return fmt::format("unknown flag {}{}", word, meant ? fmt::format("; did you mean {}?", *meant) : "");
+}
+
+// CLI11's sentence in plain words
+std::string in_plain_words(std::string told, const std::string& kind) {
+  if (const auto at = told.find(" excludes "); kind == "ExcludesError" && at != told.npos)
+    return told.replace(at, 10, " cannot be combined with ");
+  if (const auto at = told.find(": ");
+      kind == "ArgumentMismatch" && at != told.npos && told.ends_with(" missing"))
+    return told.substr(0, at) + ": needs a value";
+  return told;
+}
+
 // the error in the command line, or in the settings file with its line
-std::string bad_use_of(const CLI::ParseError& e, const CLI::Option* settings_file) {
-  const std::string what = e.what();
-  if (e.get_name() == "SettingsError") return settings_file->results().front() + what;
-  return what + " (see borelli --help)";
+std::string bad_use_of(const CLI::ParseError& e, const CLI::App& program, const CLI::Option* settings_file) {
+  if (e.get_name() == "SettingsError") return settings_file->results().front() + e.what();
+  if (program.get_subcommands().empty()) return fmt::format("{} (see borelli --help)", e.what());
+  const CLI::App& verb = *program.get_subcommands().front();
+  return fmt::format("{} (see borelli {} --help)",
+                     dynamic_cast<const CLI::ExtrasError*>(&e) ? unknown_word(e.what(), program, verb)
+                                                               : in_plain_words(e.what(), e.get_name()),
+                     verb.get_name());
 }
 
 // an option with an empty value: an unset shell variable
@@ -82,11 +110,13 @@ void add_general_options(CLI::App& program, borelli::Command& command, std::stri
       "--completion", [&program] { throw CLI::CallForVersion(borelli::bash_completion(program), 0); },
       "Print a script that completes the command line in bash");
   program.add_flag("--json", command.json, "Print the answer as JSON on standard output");
-  program.add_option("--threads", command.threads, "Number of threads (0: all cores)")
-      ->check(CLI::Range(0, 1024));
+  program.add_option("--threads", command.threads, "Number of threads; 0: all cores")
+      ->check(borelli::whole_number_within(0, 1024))
+      ->capture_default_str();
   program
       .add_option("--max-memory", max_memory,
                   "Largest amount of memory to use, e.g. 4G (default: three quarters of the free memory)")
+      ->type_name("SIZE")
       ->check(memory_size);
   program.add_flag("--force", command.force, "Repeat stages even if their results exist");
 }
@@ -94,7 +124,7 @@ void add_general_options(CLI::App& program, borelli::Command& command, std::stri
 // returns the option that names the file
 CLI::Option* add_settings_file(CLI::App& program) {
   auto* settings_file = program.set_config("--settings", "", "TOML file of settings with one table per verb");
-  settings_file->check([](const std::string& path) {
+  settings_file->type_name("FILE")->check([](const std::string& path) {
     const auto fine =
         path.empty() ? borelli::Result<void>() : borelli::check_input_file(path, borelli::most_text_bytes);
     return fine ? std::string() : fine.error().message();
@@ -125,7 +155,11 @@ void add_verbs(CLI::App& program, borelli::Command& command) {
   borelli::add_stability(program, command);
   borelli::add_economy(program, command);
   borelli::add_info(program, command);
-  for (auto* verb : program.get_subcommands({})) verb->allow_config_extras(CLI::config_extras_mode::error);
+  for (auto* verb : program.get_subcommands({})) {
+    verb->allow_config_extras(CLI::config_extras_mode::error);
+    verb->footer(
+        "Every verb also takes --json, --threads, --max-memory, --force and --settings: see borelli --help.");
+  }
 }
 
 int run(int argc, char** argv) {
@@ -134,6 +168,7 @@ int run(int argc, char** argv) {
   CLI::App program{"Turn a CT or MR volume of a person into a body that moves", "borelli"};
   program.require_subcommand(1);
   program.fallthrough();
+  program.formatter(std::make_shared<borelli::HelpLayout>());  // verbs inherit it
   add_general_options(program, command, max_memory);
   const auto* settings_file = add_settings_file(program);
   add_verbs(program, command);
@@ -151,7 +186,7 @@ int run(int argc, char** argv) {
                    hint_at_verb(program, argv[1]));
       return 2;
     }
-    borelli::say("borelli: {}\n", bad_use_of(e, settings_file));
+    borelli::say("borelli: {}\n", bad_use_of(e, program, settings_file));
     return 2;
   }
 

@@ -17,6 +17,7 @@
 #include "pipeline/stages/run_inputs.hpp"
 #include "pipeline/stages/stages.hpp"
 #include "pipeline/verbs/inputs.hpp"
+#include "pipeline/verbs/shared_flags.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "process/input_file.hpp"
 #include "segmentation/files/landmarks_file.hpp"
@@ -179,7 +180,7 @@ Result<void> show_no_face(Found& found, const Command& command, const fs::path& 
   } else {
     found.glb.clear();
     command.warn(
-        "the report leaves out the moving body: removing its face needs labels, landmarks, inertia table and "
+        "the report shows no moving body: to remove its face it needs labels, landmarks, inertia table and "
         "trajectory");
   }
   found.inputs.glb = found.glb;
@@ -224,12 +225,10 @@ void add_report(CLI::App& program, Command& command) {
   auto* verb = program.add_subcommand("report", "Write report.html again from the files in a run's folder");
   auto asked = std::make_shared<ReportAsked>();
   verb->add_option("folder", asked->folder, "Folder of a run")->required();
-  verb->add_option("--volume", asked->volume, "The scan, if it has moved since the run");
-  verb->add_option("--quantity", asked->quantity,
-                   "What the scan's voxels hold: hu, density_kgm3, density_gcm3, labels or mr (default: "
-                   "taken from the file)");
-  verb->add_option("--subject", asked->subject, "Title of the report (default: the folder's name)");
-  verb->add_flag("--deface", asked->deface, "Remove the face from everything that the page shows");
+  add_shared(*verb, flags::volume, asked->volume, "; needed if the scan has moved since the run");
+  add_shared(*verb, flags::quantity, asked->quantity, flags::quantity_default);
+  add_shared(*verb, flags::subject, asked->subject, " (default: the folder's name)");
+  add_shared(*verb, flags::deface, asked->deface);
   verb->callback(
       [&command, asked] { command.work = [asked](const Command& chosen) { return run(*asked, chosen); }; });
 }

@@ -15,9 +15,10 @@
 #include <string>
 
 #include "dynamics/methods/integrator.hpp"
-#include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/progress.hpp"
 #include "pipeline/verbs/settings.hpp"
+#include "pipeline/verbs/shared_flags.hpp"
+#include "pipeline/verbs/value_check.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/verbs/video_options.hpp"
 #include "segmentation/files/class_mapping.hpp"
@@ -30,9 +31,9 @@ namespace fs = std::filesystem;
 
 struct RunAsked {
   RunSettings run;
-  std::string out, quantity, table_tolerance, tolerance;
+  std::string out, quantity, table_tolerance, model_tolerance;
   VideoAsked video;
-  bool work_grid_chosen = false, integrator_tolerance_chosen = false;
+  bool work_grid_chosen = false, tolerance_chosen = false;
 };
 
 // The default name of the subject: the file's name without its extensions. A folder's name is often the
@@ -67,8 +68,8 @@ Result<std::string> name_of_input(const std::string& path, bool keep_paths) {
 std::string settings_without_paths(CLI::App& verb, const RunSettings& s) {
   std::error_code problem;
   const bool own_mapping = fs::exists(s.label_mapping, problem);
-  std::string words = "borelli run VOLUME --settings settings.toml --out FOLDER";
-  for (const char* option : {"volume", "--out"}) verb.get_option(option)->configurable(false);
+  std::string words = "borelli run VOLUME --settings settings.toml --output FOLDER";
+  for (const char* option : {"volume", "--output"}) verb.get_option(option)->configurable(false);
   for (const auto& [option, given] : {std::pair{"--labels", s.labels},
                                       {"--label-names", s.label_names},
                                       {"--label-mapping", own_mapping ? s.label_mapping : ""},
@@ -105,7 +106,7 @@ Result<void> check_captured(const RunSettings& settings) {
                                         {"--marker-map", !captured.marker_map.empty()},
                                         {"--calibrate-markers", captured.calibrate},
                                         {"--other-person", captured.other_person}})
-      if (given) return bad_use(option, "belongs to a captured motion; give --motion");
+      if (given) return bad_use(option, "applies only to a recorded motion; add --motion FILE");
     return {};
   }
   if (holds_angles(captured))
@@ -114,13 +115,13 @@ Result<void> check_captured(const RunSettings& settings) {
                                         {"--calibrate-markers", captured.calibrate},
                                         {"--bvh-unit", captured.bvh_unit > 0}})
       if (given)
-        return bad_use(option,
-                       "is about markers, and " + captured.motion + " holds joint angles; leave it out");
+        return bad_use(option, "applies only to markers, and " + captured.motion +
+                                   " contains joint angles; leave it out");
   if (captured.recorded_mass > 0 && !captured.other_person)
-    return bad_use("--recorded-mass", "is of another person than the scanned one; give --other-person");
+    return bad_use("--recorded-mass", "applies only with --other-person; add that, or leave it out");
   if (settings.model_tolerance > 0)
-    return bad_use("--tolerance",
-                   "chooses the smallest model for a simulated motion; leave it or --motion out");
+    return bad_use("--model-tolerance",
+                   "applies only to a simulated motion; leave out --model-tolerance or --motion");
   return {};
 }
 
@@ -144,9 +145,9 @@ Result<nlohmann::json> work(RunAsked asked, const Command& command) {
     settings.quantity = *quantity;
   }
   if (settings.labels.empty() && !settings.label_names.empty())
-    return bad_use("--label-names", "names the labels of the map in --labels; give both, or neither");
+    return bad_use("--label-names", "applies only with --labels; give both, or neither");
   if (settings.labels.empty() && !settings.label_mapping.empty())
-    return bad_use("--label-mapping", "maps the classes of the map in --labels; give both, or neither");
+    return bad_use("--label-mapping", "applies only with --labels; give both, or neither");
   if (!settings.labels.empty() && settings.label_mapping.empty() && asked.work_grid_chosen)
     return bad_use("--work-grid",
                    "has no effect with --labels, which gives the parts; leave one of the two out");
@@ -164,7 +165,8 @@ Result<nlohmann::json> work(RunAsked asked, const Command& command) {
                    "has no effect with --labels, which gives the parts; leave one of the two out");
   if (!asked.table_tolerance.empty()) {
     if (asked.work_grid_chosen)
-      return bad_use("--table-tolerance", "chooses the work grid itself; leave it or --work-grid out");
+      return bad_use("--table-tolerance",
+                     "chooses the work grid itself; leave out --table-tolerance or --work-grid");
     if (!settings.labels.empty() && settings.label_mapping.empty())
       return bad_use("--table-tolerance",
                      "has no effect with --labels, which gives the parts; leave one of the two out");
@@ -172,27 +174,26 @@ Result<nlohmann::json> work(RunAsked asked, const Command& command) {
     if (!tolerance) return tl::unexpected(tolerance.error());
     settings.table_tolerance = *tolerance;
   }
-  if (!asked.tolerance.empty()) {
-    const auto tolerance = parse_tolerance(asked.tolerance);
-    if (!tolerance)
-      return bad_use("--tolerance " + asked.tolerance,
-                     "is not a tolerance from 0.1 to 50 %; write 1% or 0.01 (the integrator's tolerance is "
-                     "--integrator-tolerance)");
+  if (!asked.model_tolerance.empty()) {
+    const auto tolerance = parse_tolerance(asked.model_tolerance);
+    if (!tolerance) return tl::unexpected(tolerance.error());
     settings.model_tolerance = *tolerance;
     const bool parts_given = !settings.labels.empty() && settings.label_mapping.empty();
     if (asked.table_tolerance.empty() && !asked.work_grid_chosen && !parts_given)
       settings.table_tolerance = *tolerance;
   }
-  if (!settings.motion_quantities.empty() && asked.tolerance.empty())
-    return bad_use("--keep", "says what must stay within --tolerance; give both, or neither");
-  if (asked.integrator_tolerance_chosen && !settings.method.empty() && !method_is_adaptive(settings.method))
-    return bad_use("--integrator-tolerance", "has no effect with " + settings.method +
-                                                 ", whose steps have a fixed length; give --step");
+  if (!settings.motion_quantities.empty() && asked.model_tolerance.empty())
+    return bad_use("--keep", "applies only with --model-tolerance; give both, or neither");
+  if (asked.tolerance_chosen && !settings.method.empty() && !method_is_adaptive(settings.method))
+    return bad_use("--tolerance", "has no effect with " + settings.method +
+                                      ", whose steps have a fixed length; give --step");
   if (auto fine = check_captured(settings); !fine) return tl::unexpected(fine.error());
-  if (settings.skin && settings.deface) return bad_use("--skin", "keeps the face; leave it or --deface out");
+  if (settings.skin && settings.deface)
+    return bad_use("--skin", "writes the face, which --deface removes; leave one of the two out");
   if (!asked.video.file.empty()) {
     if (fs::path(asked.video.file).has_parent_path())
-      return bad_use("--video " + asked.video.file, "names a file in the run's folder; leave folders out");
+      return bad_use("--video " + asked.video.file,
+                     "must be a file name without folders; the video goes to the run's folder");
     auto options = video_options(asked.video);
     if (!options) return tl::unexpected(options.error());
     settings.video = asked.video.file;
@@ -211,7 +212,7 @@ Result<nlohmann::json> work(RunAsked asked, const Command& command) {
   if (lies_within(settings.folder, settings.volume))
     return bad_use(
         settings.folder.string(),
-        fmt::format("lies within the scan's folder {}; name another folder with --out", settings.volume));
+        fmt::format("lies within the scan's folder {}; name another folder with --output", settings.volume));
 
   std::optional<ProgressBar> bar(std::in_place, command.json);
   StageObserver observer;
@@ -255,165 +256,144 @@ Result<nlohmann::json> work(RunAsked asked, const Command& command) {
   return record;
 }
 
+void add_scan_flags(CLI::App& verb, RunAsked& asked) {
+  RunSettings& s = asked.run;
+  add_shared(verb, flags::subject, s.subject,
+             " (default: the file's name; for a folder, a name made from its contents)");
+  add_shared(verb, flags::quantity, asked.quantity, flags::quantity_default);
+  add_shared(verb, flags::sex, s.sex, flags::sex_compares);
+  add_shared(verb, flags::pose, s.pose);
+  add_shared(verb, flags::absent, s.absent);
+  add_shared(verb, flags::landmarks, s.landmarks, flags::landmarks_win);
+  add_shared(
+      verb, flags::labels, s.labels,
+      "; it holds parts, which replace the segmentation, or with --label-mapping the classes of another "
+      "program, which help to find the parts");
+  add_shared(verb, flags::label_mapping, s.label_mapping);
+  add_shared(verb, flags::label_names, s.label_names);
+  group_options(verb, "Labels of another program", {"--labels", "--label-mapping", "--label-names"});
+}
+
+void add_table_flags(CLI::App& verb, RunAsked& asked) {
+  RunSettings& s = asked.run;
+  add_shared(verb, flags::convention, s.convention,
+             ": deleva1996, dempster or bone; with --labels, how those were cut")
+      ->check(one_of(cut_names))
+      ->capture_default_str();
+  add_shared(verb, flags::segments, s.segments);
+  add_shared(verb, flags::work_grid, s.work_grid_mm)->capture_default_str();
+  add_shared(verb, flags::table_tolerance, asked.table_tolerance,
+             "; chooses the coarsest work grid that keeps it");
+  add_shared(verb, flags::density_curve, s.density_curve,
+             fmt::format(" (default: {})", default_density_curve));
+  add_shared(verb, flags::frames, s.frames)->capture_default_str();
+  add_shared(verb, flags::stature, s.stature_m, "; group tables (inertia --compare) need it");
+  group_options(verb, "Inertia table",
+                {"--convention", "--segments", "--work-grid", "--table-tolerance", "--density-curve",
+                 "--frames", "--stature"});
+}
+
+void add_captured_flags(CLI::App& verb, CapturedSettings& c) {
+  add_shared(
+      verb, flags::motion, c.motion,
+      ", which the body makes instead of leaping: markers (.trc, .c3d), a skeleton (.bvh) or joint angles "
+      "(.mot, .sto; the body's own or OpenSim's coordinates)");
+  add_shared(verb, flags::forces, c.forces, " (default: those of a .c3d motion)");
+  add_shared(verb, flags::standing, c.trial, "; places the markers (default: a frame of the motion)");
+  verb.add_option(
+          "--marker-map", c.marker_map,
+          "Lines 'MARKER = PLACE' for markers whose names are not of a common set; a place is a landmark or "
+          "a part, e.g. knee_lateral_left or thigh_left")
+      ->type_name("FILE");
+  verb.add_flag("--calibrate-markers", c.calibrate,
+                "Place the markers where the motion shows them on average, not where the trial alone does");
+  verb.add_flag(
+      "--other-person", c.other_person,
+      "The recorded person is not the scanned one: scale motion and forces to the body, set its feet down");
+  verb.add_option("--recorded-mass", c.recorded_mass,
+                  "Mass of the other person, kg (default: as the forces tell)")
+      ->check(positive_number());
+  add_shared(verb, flags::cut_off, c.cutoff)->capture_default_str();
+  verb.add_option("--band-draws", c.band_draws,
+                  "Draws for each cause of error behind the moments' error bands; 0: no bands")
+      ->check(number_within(0, 10000))
+      ->capture_default_str();
+  add_shared(verb, flags::bvh_unit, c.bvh_unit);
+  group_options(verb, "Captured motion",
+                {"--motion", "--forces", "--static", "--marker-map", "--calibrate-markers", "--other-person",
+                 "--recorded-mass", "--cut-off", "--band-draws", "--bvh-unit"});
+}
+
+void add_leap_flags(CLI::App& verb, RunAsked& asked) {
+  RunSettings& s = asked.run;
+  verb.add_option("--flight-time", s.leap.flight_time, "Flight time of the leap, s")
+      ->check(number_within(0.05, 10.0))
+      ->capture_default_str();
+  verb.add_option("--somersault-rate", s.leap.somersault_rate_deg,
+                  "Somersault rate at take-off, deg/s; negative is backwards")
+      ->check(number_within(-3600, 3600))
+      ->capture_default_str();
+  verb.add_option("--tuck", s.leap.tuck, "How far the joint springs pull towards a tuck")
+      ->check(number_within(0.0, 1.0))
+      ->capture_default_str();
+  verb.add_option("--muscle-frequency", s.leap.muscle_frequency,
+                  "Natural frequency of the passive joints, Hz")
+      ->check(number_within(0.0, 20.0))
+      ->capture_default_str();
+  verb.add_option("--damping-ratio", s.leap.damping_ratio, "Damping ratio of the passive joints")
+      ->check(number_within(0.0, 10.0))
+      ->capture_default_str();
+  auto* accuracy = add_shared(verb, flags::accuracy, s.accuracy)->capture_default_str();
+  add_shared(verb, flags::model_tolerance, asked.model_tolerance,
+             "; chooses the work grid too, as --table-tolerance does");
+  add_shared(verb, flags::keep, s.motion_quantities)->allow_extra_args(false);
+  auto* method = add_shared(verb, flags::method, s.method, " (default: chosen from --accuracy)");
+  method->excludes(accuracy);
+  add_shared(verb, flags::equations, s.equations)->capture_default_str();
+  add_shared(verb, flags::tolerance, s.integrator_tolerance)->needs(method)->capture_default_str();
+  add_shared(verb, flags::step, s.step)->needs(method);
+  group_options(
+      verb, "Leap",
+      {"--flight-time", "--somersault-rate", "--tuck", "--muscle-frequency", "--damping-ratio", "--accuracy",
+       "--model-tolerance", "--keep", "--method", "--equations", "--tolerance", "--step"});
+}
+
+void add_result_flags(CLI::App& verb, RunAsked& asked) {
+  RunSettings& s = asked.run;
+  verb.add_flag("--skin", s.skin, "Also write skin.glb: one closed skin that bends with the body");
+  add_shared(verb, flags::deface, s.deface, "; the labels keep it");
+  add_shared(verb, flags::mesh_tolerance, s.mesh_tolerance_mm)->capture_default_str();
+  add_shared(verb, flags::keep_paths, s.keep_paths);
+  add_shared(verb, flags::allow_untrusted, s.untrusted_is_fine);
+  group_options(verb, "Results",
+                {"--skin", "--deface", "--mesh-tolerance-mm", "--keep-paths", "--allow-untrusted"});
+  add_video_options(verb, asked.video, "it goes to the run's folder");
+}
+
 }  // namespace
 
 void add_run(CLI::App& program, Command& command) {
   auto* verb = program.add_subcommand("run", "Turn a volume into a moving body and its report");
   auto asked = std::make_shared<RunAsked>();
-  RunSettings& s = asked->run;
-  verb->add_option("volume", s.volume, "Volume: a DICOM folder or a file (.nii.gz, .nrrd, .mha)")->required();
-  verb->add_option("-o,--out", asked->out, "Folder for the results; they go to <out>/<subject>")->required();
-  verb->add_option(
-      "--subject", s.subject,
-      "Name of the subject (default: the file's name; for a folder, a name made from its contents)");
-  verb->add_option(
-      "--quantity", asked->quantity,
-      "What the voxels hold: hu, density_kgm3, density_gcm3 or mr (default: taken from the file)");
-  verb->add_option("--labels", s.labels, "Label map on the volume's grid; replaces the segmentation");
-  verb->add_option("--label-names", s.label_names,
-                   "Names of the labels, a TSV file (default: the file of names beside the label map)");
-  verb->add_option("--label-mapping", s.label_mapping, label_mapping_help);
-  verb->add_option(
-      "--landmarks", s.landmarks,
-      "Landmarks placed by hand (JSON, or .mrk.json and .fcsv of 3D Slicer); they replace those found");
-  verb->add_option("--absent", s.absent, absent_help);
-  verb->add_option("--sex", s.sex,
-                   "male or female; shows published values for comparison (default: from DICOM)")
-      ->check(CLI::IsMember({"male", "female"}));
-  verb->add_option("--pose", s.pose, "How the person lay or stood, e.g. supine (default: from DICOM)");
-  verb->add_option("--stature", s.stature_m,
-                   "Body height from sole to vertex, m; group tables (inertia --compare) need it")
-      ->check(positive_number());
-  verb->add_option("--density-curve", s.density_curve, "Curve from CT numbers to densities, by name");
-  verb->add_option("--convention", s.convention,
-                   "How parts are cut: deleva1996, dempster or bone; with --labels, how those were cut")
-      ->check(CLI::IsMember(cut_names))
-      ->capture_default_str();
-  verb->add_option("--frames", s.frames,
-                   "Axes of the segments: joints (along the joint centres) or isb (as the ISB defines them)")
-      ->check(CLI::IsMember({"joints", "isb"}))
-      ->capture_default_str();
-  verb->add_option("--segments", s.segments, segments_help);
-  verb->add_option("--work-grid", s.work_grid_mm, "Spacing of the grid on which parts are found, mm")
-      ->check(number_within(finest_step, coarsest_step))
-      ->capture_default_str();
-  verb->add_option(
-      "--table-tolerance", asked->table_tolerance,
-      "Choose the coarsest work grid that keeps every entry of the inertia table within this error, e.g. 1%");
-  verb->add_option("--accuracy", s.accuracy,
-                   "Largest error of positions and velocities, relative to their scales; chooses the "
-                   "integrator and its tolerance")
-      ->check(number_within(1e-11, 0.1))
-      ->capture_default_str();
-  verb->add_option("--method", s.method, "Integrator (default: chosen from --accuracy)")
-      ->check(CLI::IsMember(integrator_names()))
-      ->excludes("--accuracy");
-  verb->add_option("--equations", s.equations,
-                   "Equations of motion: recursive (along the tree) or lagrange (the paper's scan)")
-      ->check(CLI::IsMember({"recursive", "lagrange"}))
-      ->capture_default_str();
-  verb->add_option("--tolerance", asked->tolerance,
-                   "Largest error of the answers, e.g. 5%: chooses the smallest model whose motion stays "
-                   "within it (see economy), and the work grid as --table-tolerance does");
-  verb->add_option(
-          "--keep", s.motion_quantities,
-          "What of the motion must stay within --tolerance: centre, solid:NAME, solid:NAME:x,y,z, turn:NAME "
-          "or coordinate:NAME; may be repeated (default: the gravity centres of all solids)")
-      ->allow_extra_args(false);
-  verb->add_option("--integrator-tolerance", s.integrator_tolerance,
-                   "With --method: its largest error per step and coordinate")
-      ->check(positive_number())
-      ->needs("--method")
-      ->capture_default_str();
-  verb->add_option("--step", s.step, "With --method: its fixed step, or the first step of an adaptive one, s")
-      ->check(positive_number())
-      ->needs("--method");
-  verb->add_option("--mesh-tolerance", s.mesh_tolerance_mm,
-                   "How far mesh simplification may move the surface, mm")
-      ->check(number_not_negative())
-      ->capture_default_str();
-  CapturedSettings& c = s.captured;
-  verb->add_option("--motion", c.motion,
-                   "Captured motion: markers (.trc, .c3d), a skeleton (.bvh) or joint angles (.mot, .sto; "
-                   "the body's own or "
-                   "OpenSim's coordinates); the body moves so instead of leaping");
-  verb->add_option(
-      "--forces", c.forces,
-      "Its ground forces: .mot, .sto, OpenSim's external loads (.xml) or .c3d (default: those of a "
-      ".c3d motion)");
-  verb->add_option(
-      "--static", c.trial,
-      "The same person standing still (.trc, .c3d); places the markers (default: a frame of the motion)");
-  verb->add_option(
-      "--marker-map", c.marker_map,
-      "Lines 'MARKER = PLACE' for markers whose names are not of a common set; a place is a landmark or "
-      "a part, e.g. knee_lateral_left or thigh_left");
-  verb->add_flag(
-      "--other-person", c.other_person,
-      "The recorded person is not the scanned one: scale motion and forces to the body, set its feet down");
-  verb->add_flag("--calibrate-markers", c.calibrate,
-                 "Place the markers where the motion shows them on average, not where the trial alone does");
-  verb->add_option("--recorded-mass", c.recorded_mass,
-                   "Mass of the other person, kg (default: as the forces tell)")
-      ->check(positive_number());
-  verb->add_option("--cut-off", c.cutoff, "Cut-off of the low-pass filter over the joint angles, Hz; 0: none")
-      ->check(number_not_negative())
-      ->capture_default_str();
-  verb->add_option("--band-draws", c.band_draws,
-                   "Draws for each cause of error behind the moments' error bands; 0: no bands")
-      ->check(number_within(0, 10000))
-      ->capture_default_str();
-  verb->add_option("--bvh-unit", c.bvh_unit, "Metres of a BVH file's unit (default: guessed from its size)")
-      ->check(positive_number());
-  verb->add_option("--flight-time", s.leap.flight_time, "Flight time of the leap, s")
-      ->check(number_within(0.05, 10.0))
-      ->capture_default_str();
-  verb->add_option("--somersault-rate", s.leap.somersault_rate_deg,
-                   "Somersault rate at take-off, deg/s; negative is backwards")
-      ->check(number_within(-3600, 3600))
-      ->capture_default_str();
-  verb->add_option("--tuck", s.leap.tuck, "How far the joint springs pull towards a tuck, from 0 to 1")
-      ->check(number_within(0.0, 1.0))
-      ->capture_default_str();
-  verb->add_option("--muscle-frequency", s.leap.muscle_frequency,
-                   "Natural frequency of the passive joints, Hz")
-      ->check(number_within(0.0, 20.0))
-      ->capture_default_str();
-  verb->add_option("--damping-ratio", s.leap.damping_ratio, "Damping ratio of the passive joints")
-      ->check(number_within(0.0, 10.0))
-      ->capture_default_str();
-  verb->add_flag("--skin", s.skin, "Also write skin.glb: one closed skin that bends with the body");
-  add_video_options(*verb, asked->video, "in the run's folder");
-  verb->add_flag("--deface", s.deface,
-                 "Remove the face from meshes, picture and report (the labels keep it)");
-  verb->add_flag("--keep-paths", s.keep_paths, keep_paths_help);
-  verb->add_flag("--allow-untrusted", s.untrusted_is_fine,
-                 "Continue with a motion that its certificate does not trust");
-  group_options(*verb, "Labels and landmarks",
-                {"--labels", "--label-names", "--label-mapping", "--landmarks"});
-  group_options(*verb, "Inertia table",
-                {"--density-curve", "--convention", "--frames", "--segments", "--stature", "--work-grid",
-                 "--table-tolerance"});
-  group_options(
-      *verb, "Leap",
-      {"--flight-time", "--somersault-rate", "--tuck", "--muscle-frequency", "--damping-ratio", "--tolerance",
-       "--keep", "--accuracy", "--method", "--equations", "--integrator-tolerance", "--step"});
-  group_options(*verb, "Captured motion",
-                {"--motion", "--forces", "--static", "--marker-map", "--calibrate-markers", "--other-person",
-                 "--recorded-mass", "--cut-off", "--band-draws", "--bvh-unit"});
-  group_options(*verb, "Results",
-                {"--mesh-tolerance", "--skin", "--deface", "--keep-paths", "--allow-untrusted"});
+  verb->add_option("volume", asked->run.volume, flags::volume.meaning)->required();
+  add_output(*verb, asked->out, "FOLDER", "Folder for the results; they go to <output>/<subject>")
+      ->required();
+  add_scan_flags(*verb, *asked);
+  add_table_flags(*verb, *asked);
+  add_captured_flags(*verb, asked->run.captured);
+  add_leap_flags(*verb, *asked);
+  add_result_flags(*verb, *asked);
   verb->callback([&command, asked, verb] {
     asked->work_grid_chosen = verb->count("--work-grid") > 0;
-    asked->integrator_tolerance_chosen = verb->count("--integrator-tolerance") > 0;
+    asked->tolerance_chosen = verb->count("--tolerance") > 0;
     // settings without effect are not stored, so that the stored settings can be run again:
     const bool named = !asked->run.method.empty();
     if (named) verb->get_option("--accuracy")->configurable(false);
     if (!named || !method_is_adaptive(asked->run.method))
-      verb->get_option("--integrator-tolerance")->configurable(false);
+      verb->get_option("--tolerance")->configurable(false);
     // with given labels no grid is used to find parts: the stored settings contain none and can be run again
     const bool picked =
-        !asked->table_tolerance.empty() || (!asked->tolerance.empty() && !asked->work_grid_chosen);
+        !asked->table_tolerance.empty() || (!asked->model_tolerance.empty() && !asked->work_grid_chosen);
     if ((!asked->run.labels.empty() && asked->run.label_mapping.empty()) || picked)
       verb->get_option("--work-grid")->configurable(false);
     asked->run.settings_text =

@@ -13,8 +13,9 @@
 #include "pipeline/files/input_names.hpp"
 #include "pipeline/files/whole_file.hpp"
 #include "pipeline/verbs/inputs.hpp"
-#include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/progress.hpp"
+#include "pipeline/verbs/shared_flags.hpp"
+#include "pipeline/verbs/value_check.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "segmentation/files/class_mapping.hpp"
 #include "segmentation/files/dicom_segmentation.hpp"
@@ -82,8 +83,8 @@ Result<std::optional<DicomSource>> dicom_source_of(const SegmentAsked& asked) {
   std::error_code ignored;
   if (!fs::is_directory(asked.volume, ignored) && !is_dicom_file(asked.volume)) {
     if (asked.patient)
-      return bad_use("--patient",
-                     "copies the patient's data from a DICOM scan; " + asked.volume + " is none");
+      return bad_use("--patient", "copies the patient's data from a DICOM scan, and " + asked.volume +
+                                      " is not DICOM; leave it out");
     return std::nullopt;
   }
   auto source = read_dicom_source(asked.volume);
@@ -103,7 +104,7 @@ Result<Segmentation> segment_scan(const GreyVolume& volume, const SegmentOptions
                                   const SegmentChoice& segments, std::optional<GridPick>& pick) {
   if (pick && volume.quantity == Quantity::mr)
     return bad_use("--table-tolerance",
-                   "does not apply to MR, where parts are found without a work grid; leave it out");
+                   "does not apply to MR volumes, whose parts are found without a work grid; leave it out");
   if (pick) {
     MeasureOptions by;
     by.cuts = name_of(options.convention), by.threads = options.threads, by.segments = segments;
@@ -129,7 +130,8 @@ Result<nlohmann::json> run(const SegmentAsked& asked, const Command& command) {
   std::optional<GridPick> pick;
   if (!asked.tolerance.empty()) {
     if (asked.step_chosen)
-      return bad_use("--table-tolerance", "chooses the work grid itself; leave it or --work-grid out");
+      return bad_use("--table-tolerance",
+                     "chooses the work grid itself; leave out --table-tolerance or --work-grid");
     const auto tolerance = parse_tolerance(asked.tolerance);
     if (!tolerance) return tl::unexpected(tolerance.error());
     pick.emplace().tolerance = *tolerance;
@@ -192,45 +194,33 @@ Result<nlohmann::json> run(const SegmentAsked& asked, const Command& command) {
 void add_segment(CLI::App& program, Command& command) {
   auto* verb = program.add_subcommand("segment", "Find the body parts and joint centres in a scan");
   auto asked = std::make_shared<SegmentAsked>();
-  verb->add_option("volume", asked->volume, "Volume: a DICOM folder or a file")->required();
-  verb->add_option("-o,--out", asked->folder, "Folder for the labels, landmarks and findings")->required();
-  verb->add_option(
-      "--quantity", asked->quantity,
-      "What the voxels hold: hu, density_kgm3, density_gcm3, labels or mr (default: taken from the file)");
-  auto* labels = verb->add_option("--labels", asked->labels,
-                                  "Label map of the same body from another program, used to find the parts");
-  auto* mapping = verb->add_option("--label-mapping", asked->mapping, label_mapping_help);
+  verb->add_option("volume", asked->volume, flags::volume.meaning)->required();
+  add_output(*verb, asked->folder, "FOLDER", "Folder for the labels, landmarks and findings")->required();
+  add_shared(*verb, flags::quantity, asked->quantity, flags::quantity_default);
+  add_shared(*verb, flags::absent, asked->absent);
+  add_shared(*verb, flags::landmarks, asked->landmarks, flags::landmarks_win);
+  auto* labels = add_shared(
+      *verb, flags::labels, asked->labels,
+      "; it holds the classes of another program (see --label-mapping), which help to find the parts");
+  auto* mapping = add_shared(*verb, flags::label_mapping, asked->mapping);
   labels->needs(mapping);
   mapping->needs(labels);
-  verb->add_option("--label-names", asked->names,
-                   "Names of the labels, a TSV file (default: the file of names beside the label map)")
-      ->needs(labels);
-  verb->add_option(
-      "--landmarks", asked->landmarks,
-      "Landmarks placed by hand (JSON, or .mrk.json and .fcsv of 3D Slicer); they replace those found");
-  verb->add_option("--work-grid", asked->step,
-                   "Spacing of the grid on which parts are found, mm (default: 3)")
-      ->check(number_within(finest_step, coarsest_step));
-  verb->add_option("--convention", asked->convention,
-                   "How parts are cut: deleva1996 (de Leva's planes), dempster (Dempster's planes) or bone "
-                   "(each voxel with its bone)")
-      ->check(CLI::IsMember({"deleva1996", "dempster", "bone"}))
+  add_shared(*verb, flags::label_names, asked->names)->needs(labels);
+  add_shared(
+      *verb, flags::convention, asked->convention,
+      ": deleva1996 (de Leva's planes), dempster (Dempster's planes) or bone (each voxel with its bone)")
+      ->check(one_of({"deleva1996", "dempster", "bone"}))
       ->capture_default_str();
-  verb->add_option(
-      "--table-tolerance", asked->tolerance,
-      "Choose the coarsest work grid that keeps every entry of the inertia table within this error, e.g. 1%");
-  verb->add_option("--absent", asked->absent, absent_help);
-  verb->add_option("--segments", asked->segments, segments_help);
-  verb->add_flag("--keep-paths", asked->keep_paths, keep_paths_help);
-  auto* dicom =
-      verb->add_flag("--dicom", asked->dicom,
-                     "Also write the labels as a DICOM segmentation, labels.dcm, that refers to the "
-                     "scan's images");
-  verb->add_flag("--patient", asked->patient, patient_help)->needs(dicom);
-  group_options(*verb, "Labels and landmarks",
-                {"--labels", "--label-mapping", "--label-names", "--landmarks"});
-  group_options(*verb, "Parts",
-                {"--work-grid", "--table-tolerance", "--convention", "--absent", "--segments"});
+  add_shared(*verb, flags::segments, asked->segments);
+  add_shared(*verb, flags::work_grid, asked->step)->capture_default_str();
+  add_shared(*verb, flags::table_tolerance, asked->tolerance,
+             "; chooses the coarsest work grid that keeps it");
+  add_shared(*verb, flags::keep_paths, asked->keep_paths);
+  auto* dicom = add_shared(*verb, flags::dicom, asked->dicom, "; it refers to the scan's images");
+  add_shared(*verb, flags::patient, asked->patient)->needs(dicom);
+  group_options(*verb, "Labels of another program", {"--labels", "--label-mapping", "--label-names"});
+  group_options(*verb, "Parts", {"--convention", "--segments", "--work-grid", "--table-tolerance"});
+  group_options(*verb, "Results", {"--keep-paths", "--dicom", "--patient"});
   verb->callback([&command, asked, verb] {
     asked->step_chosen = verb->count("--work-grid") > 0;
     command.work = [asked](const Command& chosen) { return run(*asked, chosen); };

@@ -102,7 +102,7 @@ std::vector<std::string> words_for(CLI::Option& option, const std::string& key, 
 CLI::App& verb_of(CLI::App& program, const std::string& name, unsigned line) {
   for (CLI::App* verb : program.get_subcommands([](const CLI::App*) { return true; }))
     if (verb->check_name(name)) return *verb;
-  throw SettingsError(line, fmt::format("unknown verb {}", name));
+  throw SettingsError(line, fmt::format("unknown verb '{}'; see borelli --help", name));
 }
 
 CLI::Option* option_of(CLI::App& app, const std::string& key) {

@@ -21,8 +21,9 @@
 #include "pipeline/verbs/checkpoint.hpp"
 #include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/model_options.hpp"
-#include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/progress.hpp"
+#include "pipeline/verbs/shared_flags.hpp"
+#include "pipeline/verbs/value_check.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/verbs/video_options.hpp"
 
@@ -35,9 +36,8 @@ struct SimulateOptions {
   std::optional<double> checkpoint_every;
   VideoAsked video;
   ModelOptions model;
-  std::optional<std::string> method, equations, constraints, impacts, restitution;
-  std::optional<double> rest_speed, step, tolerance, accuracy, spectral_radius, end, output_interval, alpha,
-      beta, energy_threshold;
+  std::optional<std::string> method, equations, constraints, impacts;
+  std::optional<double> step, tolerance, accuracy, end, output_interval;
   bool allow_untrusted = false, reactions = false, verify = false;
 };
 
@@ -51,35 +51,22 @@ SimulationSettings settings_of(SimulationSettings s, const SimulateOptions& o) {
   s.tolerance = o.tolerance.value_or(s.tolerance);
   s.accuracy = o.accuracy.value_or(o.method || o.tolerance ? 0 : s.accuracy);
   s.verify = s.verify || o.verify;
-  s.spectral_radius = o.spectral_radius.value_or(s.spectral_radius);
   s.end_time = o.end.value_or(s.end_time);
   s.output_interval = o.output_interval.value_or(s.output_interval);
-  s.baumgarte_alpha = o.alpha.value_or(s.baumgarte_alpha);
-  s.baumgarte_beta = o.beta.value_or(s.baumgarte_beta);
   if (o.impacts) s.impacts = *o.impacts == "simultaneous" ? ImpactLaw::simultaneous : ImpactLaw::sequential;
-  if (o.restitution)
-    s.restitution = *o.restitution == "poisson" ? RestitutionLaw::poisson : RestitutionLaw::newton;
-  s.rest_speed = o.rest_speed.value_or(s.rest_speed);
-  s.energy_threshold = o.energy_threshold.value_or(s.energy_threshold);
   return s;
 }
 
 // Refuses an option that would have no effect, since the user expects one.
 Result<void> check_effect(const SimulateOptions& o, const SimulationSettings& settings) {
   if (o.tolerance && !method_is_adaptive(settings.method))
-    return bad_use("--integrator-tolerance", "has no effect with " + settings.method +
-                                                 ", whose steps have a fixed length; give --step");
+    return bad_use("--tolerance", "has no effect with " + settings.method +
+                                      ", whose steps have a fixed length; give --step");
   if (o.verify && settings.accuracy == 0) return bad_use("--verify", "has no effect without --accuracy");
-  if (o.spectral_radius && settings.method != "generalized_alpha")
-    return bad_use("--spectral-radius",
-                   "is a setting of generalized_alpha and has no effect with " + settings.method);
-  if ((o.alpha || o.beta) && settings.constraints != ConstraintTreatment::baumgarte)
-    return bad_use(o.alpha ? "--baumgarte-alpha" : "--baumgarte-beta",
-                   "has no effect when projection keeps the constraints; add --constraints baumgarte");
   if (o.checkpoint_every && o.checkpoint.empty())
     return bad_use("--checkpoint-every", "has no effect without --checkpoint");
   if (o.reactions && o.output.empty())
-    return bad_use("--reactions", "has no effect without --out, which holds the reactions");
+    return bad_use("--reactions", "has no effect without --output, which holds the reactions");
   return {};
 }
 
@@ -246,74 +233,43 @@ void add_simulate(CLI::App& program, Command& command) {
       program.add_subcommand("simulate", "Integrate a scene, print its certificate and write its trajectory");
   auto o = std::make_shared<SimulateOptions>();
   verb->add_option("scene", o->scene, "Scene file: TOML, MJCF, URDF or OpenSim")->required();
-  add_model_options(*verb, o->model);
-  verb->add_option("-o,--out", o->output,
-                   "Trajectory to write: .h5 (complete), .csv, .glb (moving solids), .html (a page), .bvh (a "
-                   "skeleton) or .trc (the scene's markers)");
-  add_video_options(*verb, o->video,
-                    "with rows at most 1/60 s apart unless --output-interval says otherwise");
-  verb->add_option("--method", o->method, "Integrator")->check(CLI::IsMember(integrator_names()));
-  verb->add_option("--equations", o->equations,
-                   "Equations of motion: recursive (along the tree) or lagrange (the paper's scan)")
-      ->check(CLI::IsMember({"recursive", "lagrange"}));
-  verb->add_option("--step", o->step, "Fixed step, or first step of an adaptive method, s")
-      ->check(positive_number());
-  verb->add_option("--integrator-tolerance", o->tolerance, "Adaptive methods: largest error per step")
-      ->check(positive_number());
-  verb->add_option("--accuracy", o->accuracy,
-                   "Largest error of positions and velocities, relative to their scales; chooses the method "
-                   "and its tolerance")
-      ->check(number_within(1e-11, 0.1))
-      ->excludes("--method")
-      ->excludes("--integrator-tolerance");
+  add_output(*verb, o->output, "FILE",
+             "Trajectory to write: .h5 (complete), .csv, .glb (moving solids), .html (a page), .bvh (a "
+             "skeleton) or .trc (the scene's markers)");
+  add_shared(*verb, flags::end, o->end);
+  auto* accuracy = add_shared(*verb, flags::accuracy, o->accuracy);
+  add_shared(*verb, flags::allow_untrusted, o->allow_untrusted);
+  add_shared(*verb, flags::method, o->method, " (default: the scene's)")->excludes(accuracy);
+  add_shared(*verb, flags::equations, o->equations, " (default: the scene's)");
+  add_shared(*verb, flags::step, o->step);
+  add_shared(*verb, flags::tolerance, o->tolerance)->excludes(accuracy);
   verb->add_flag(
       "--verify", o->verify,
       "With --accuracy: run again with a tenth of the tolerance and report the difference as error");
-  verb->add_option("--spectral-radius", o->spectral_radius,
-                   "generalized_alpha: amplitude that a step keeps of infinitely stiff modes, from 0 to 1")
-      ->check(number_within(0., 1.));
-  verb->add_option("--end", o->end, "End time, s (default: the scene's)")->check(positive_number());
+  add_shared(*verb, flags::constraints, o->constraints, " (default: the scene's)");
+  verb->add_option("--impacts", o->impacts,
+                   "Treatment of contacts that collide at the same moment: sequential (pair by pair) or "
+                   "simultaneous (all at once) (default: the scene's)")
+      ->type_name("NAME")
+      ->check(one_of({"sequential", "simultaneous"}));
   verb->add_option("--output-interval", o->output_interval,
                    "Time between output rows, s; 0 writes every accepted step")
       ->check(number_not_negative());
-  verb->add_option("--constraints", o->constraints,
-                   "Treatment of constraint drift: projection, or Baumgarte's restoring accelerations")
-      ->check(CLI::IsMember({"projection", "baumgarte"}));
-  verb->add_option("--baumgarte-alpha", o->alpha, "Baumgarte's velocity gain, 1/s")
-      ->check(number_not_negative());
-  verb->add_option("--baumgarte-beta", o->beta, "Baumgarte's position gain, 1/s")
-      ->check(number_not_negative());
-  verb->add_option("--impacts", o->impacts,
-                   "Treatment of contacts that collide at the same moment: sequential (pair by pair) or "
-                   "simultaneous (all at once)")
-      ->check(CLI::IsMember({"sequential", "simultaneous"}));
-  verb->add_option("--restitution", o->restitution,
-                   "Definition of restitution: ratio of velocities (newton) or of impulses (poisson)")
-      ->check(CLI::IsMember({"newton", "poisson"}));
-  verb->add_option("--rest-speed", o->rest_speed, "Approach speed below which contacts do not rebound, m/s")
-      ->check(positive_number());
-  verb->add_option(
-          "--energy-threshold", o->energy_threshold,
-          "Largest trusted energy drift, relative to the energy turnover; 0 uses the method's own limit")
-      ->check(number_not_negative());
+  verb->add_flag("--reactions", o->reactions, "Also write the force and moment through each joint");
   verb->add_option("--checkpoint", o->checkpoint,
                    "File that stores the run at intervals and on ^C; the same command continues from it and "
-                   "removes it once the result is written");
+                   "removes it once the result is written")
+      ->type_name("FILE");
   verb->add_option("--checkpoint-every", o->checkpoint_every,
                    "Time between writes of the checkpoint, s (default: 60)")
       ->check(number_not_negative());
-  verb->add_flag("--reactions", o->reactions, "Also write the force and moment through each joint");
-  verb->add_flag("--allow-untrusted", o->allow_untrusted,
-                 "Write the run even if its certificate does not trust it");
+  add_video_options(*verb, o->video,
+                    "rows are then at most 1/60 s apart unless --output-interval says otherwise");
   group_options(
       *verb, "Method",
-      {"--method", "--equations", "--step", "--integrator-tolerance", "--spectral-radius", "--verify"});
-  group_options(*verb, "Constraints and contacts",
-                {"--constraints", "--baumgarte-alpha", "--baumgarte-beta", "--impacts", "--restitution",
-                 "--rest-speed"});
-  group_options(*verb, "Results",
-                {"--output-interval", "--reactions", "--energy-threshold", "--allow-untrusted",
-                 "--checkpoint", "--checkpoint-every"});
+      {"--method", "--equations", "--step", "--tolerance", "--verify", "--constraints", "--impacts"});
+  group_options(*verb, "Results", {"--output-interval", "--reactions", "--checkpoint", "--checkpoint-every"});
+  add_model_options(*verb, o->model);
   verb->callback([&command, o] { command.work = [o](const Command& c) { return work(*o, c); }; });
 }
 

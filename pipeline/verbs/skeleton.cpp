@@ -12,6 +12,7 @@
 #include "pipeline/export/body_model.hpp"
 #include "pipeline/files/whole_file.hpp"
 #include "pipeline/verbs/inputs.hpp"
+#include "pipeline/verbs/shared_flags.hpp"
 #include "pipeline/verbs/verb.hpp"
 
 namespace borelli {
@@ -20,8 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct SkeletonAsked {
-  std::string table, landmarks, meshes, out;
-  SkeletonOptions options;
+  std::string table, landmarks, meshes, output;
 };
 
 // The triangle files in a folder, as a model in `beside` (absolute) refers to them.
@@ -34,26 +34,30 @@ Result<std::vector<fs::path>> mesh_files_in(const fs::path& folder, const fs::pa
       out.push_back(fs::absolute(entry.path()).lexically_proximate(beside));
   if (problem) return failure(folder.string(), "cannot be read: " + problem.message());
   std::ranges::sort(out);
-  if (out.empty()) return bad_use(folder.string(), "holds no .stl file");
+  if (out.empty())
+    return bad_use(folder.string(), "contains no .stl file; write meshes with `borelli export --stl`");
   return out;
 }
 
 // A scene holds its solids alone; models of other programs also hold landmarks, deviations and meshes.
 Result<WrittenModel> written(const SkeletonAsked& asked, const Scene& scene, const InertiaTable& table,
                              const PartInertials& parts, const Landmarks& landmarks) {
-  if (fs::path(asked.out).extension() == ".toml") {
-    if (!asked.meshes.empty()) return bad_use(asked.out, "is a scene, which refers to no meshes");
-    return write_model(scene, asked.out);
+  if (fs::path(asked.output).extension() == ".toml") {
+    if (!asked.meshes.empty())
+      return bad_use(
+          asked.output,
+          "is a scene file, which cannot refer to meshes; leave out --meshes, or write .osim, .xml or .urdf");
+    return write_model(scene, asked.output);
   }
-  const auto meshes = mesh_files_in(asked.meshes, fs::absolute(asked.out).parent_path());
+  const auto meshes = mesh_files_in(asked.meshes, fs::absolute(asked.output).parent_path());
   if (!meshes) return tl::unexpected(meshes.error());
-  return write_model(with_landmark_markers(scene, parts, landmarks), asked.out,
+  return write_model(with_landmark_markers(scene, parts, landmarks), asked.output,
                      body_extras(table, parts, landmarks, *meshes));
 }
 
 Result<nlohmann::json> work(const SkeletonAsked& asked, const Command& command) {
-  if (auto fine = check_model_ending(asked.out); !fine) return tl::unexpected(fine.error());
-  if (auto fine = check_writable(asked.out, {asked.table, asked.landmarks}); !fine)
+  if (auto fine = check_model_ending(asked.output); !fine) return tl::unexpected(fine.error());
+  if (auto fine = check_writable(asked.output, {asked.table, asked.landmarks}); !fine)
     return tl::unexpected(fine.error());
   const auto table = read_table(command, asked.table);
   if (!table) return tl::unexpected(table.error());
@@ -63,20 +67,21 @@ Result<nlohmann::json> work(const SkeletonAsked& asked, const Command& command) 
   if (!apart) return tl::unexpected(apart.error());
   command.warn(*apart);
   std::vector<Warning> warnings;
-  SkeletonOptions options = asked.options;
+  SkeletonOptions options;
   options.absent = told_absent(*table);
   const PartInertials parts = movable_parts(*table, warnings);
   const auto skeleton = build_skeleton(parts, given->all(), options);
   if (!skeleton) return tl::unexpected(skeleton.error());
   const auto model = written(asked, skeleton->scene, *table, parts, given->all());
   if (!model) return tl::unexpected(model.error());
-  if (auto done = write_whole(asked.out, model->text); !done) return tl::unexpected(done.error());
+  if (auto done = write_whole(asked.output, model->text); !done) return tl::unexpected(done.error());
   warnings.insert(warnings.end(), skeleton->warnings.begin(), skeleton->warnings.end());
   command.warn(in_sentences(warnings));
-  for (const std::string& omission : model->omissions) command.warn("lost or changed: " + omission);
-  if (!command.json) fmt::print("{}: {} solids\n", asked.out, skeleton->scene.solids.size());
+  for (const std::string& omission : model->omissions)
+    command.warn("the written file lacks or changes: " + omission);
+  if (!command.json) fmt::print("{}: {} solids\n", asked.output, skeleton->scene.solids.size());
   return nlohmann::json{
-      {"scene", asked.out}, {"solids", skeleton->scene.solids.size()}, {"omissions", model->omissions}};
+      {"scene", asked.output}, {"solids", skeleton->scene.solids.size()}, {"omissions", model->omissions}};
 }
 
 }  // namespace
@@ -86,14 +91,12 @@ void add_skeleton(CLI::App& program, Command& command) {
       program.add_subcommand("skeleton", "Build a scene that moves from an inertia table and joint centres");
   auto asked = std::make_shared<SkeletonAsked>();
   verb->add_option("table", asked->table, "Inertia table (.json)")->required();
-  verb->add_option("--landmarks", asked->landmarks,
-                   "Joint centres and bony points (.json, .mrk.json or .fcsv)")
-      ->required();
-  verb->add_option("-o,--out", asked->out, "Scene (.toml) or model (.osim, .xml, .mjcf, .urdf) to write")
+  add_shared(*verb, flags::landmarks, asked->landmarks)->required();
+  add_output(*verb, asked->output, "FILE", "Scene (.toml) or model (.osim, .xml, .mjcf, .urdf) to write")
       ->required();
   verb->add_option("--meshes", asked->meshes,
-                   "Folder of the parts' meshes (.stl, as `export` writes them) that a model refers to");
-  verb->add_option("--name", asked->options.name, "Name of the scene")->capture_default_str();
+                   "Folder of the parts' meshes (.stl, as `export` writes them) that a model refers to")
+      ->type_name("FOLDER");
   verb->callback(
       [&command, asked] { command.work = [asked](const Command& chosen) { return work(*asked, chosen); }; });
 }

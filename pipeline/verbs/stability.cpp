@@ -19,8 +19,9 @@
 #include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/model_options.hpp"
 #include "pipeline/verbs/names.hpp"
-#include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/progress.hpp"
+#include "pipeline/verbs/shared_flags.hpp"
+#include "pipeline/verbs/value_check.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "process/input_file.hpp"
 
@@ -31,7 +32,7 @@ constexpr const char* unfinished_map = "stability.partial.json";
 
 struct StabilityOptions {
   std::vector<std::string> scenes, methods;
-  std::string folder = "stability", vary, step, tolerance, equations = "recursive";
+  std::string folder = "stability", vary, steps, tolerances, equations = "recursive";
   ModelOptions model;
   std::optional<std::string> constraints;
   std::optional<double> end;
@@ -73,7 +74,7 @@ Result<Sweep> sweep_of(const StabilityOptions& o, const Command& command) {
     return sweep_of_scenes(std::move(scenes), o.scenes);
   }
   if (o.scenes.size() > 1)
-    return bad_use("--vary", "applies to a single scene; name one, or leave --vary out");
+    return bad_use("--vary", "applies to a single scene; name one scene, or leave out --vary");
   const auto vary = parse_vary(o.vary);
   if (!vary) return tl::unexpected(vary.error());
   const auto values = parse_ladder(vary->second, "--vary");
@@ -202,7 +203,7 @@ class KeptColumns {
 /// Everything that a map's runs depend on.
 std::string asked_for(const StabilityOptions& o, const Sweep& sweep) {
   std::string out = BORELLI_VERSION;
-  for (const std::string* one : {&o.step, &o.tolerance, &o.equations}) out += ' ' + *one + ';';
+  for (const std::string* one : {&o.steps, &o.tolerances, &o.equations}) out += ' ' + *one + ';';
   out += fmt::format("{} {} {};", o.constraints.value_or(""), o.lengths.least, o.lengths.most);
   for (const std::string& method : o.methods) out += ' ' + method;
   for (const Result<Scene>& scene : sweep.scenes) {
@@ -244,9 +245,8 @@ Result<nlohmann::json> work_on_map(const StabilityOptions& o, const Command& com
     settings.constraints =
         *o.constraints == "baumgarte" ? ConstraintTreatment::baumgarte : ConstraintTreatment::projection;
   settings.lengths = o.lengths;
-  for (const auto& [text, what, ladder] :
-       {std::tuple(&o.step, "--step", &settings.steps),
-        std::tuple(&o.tolerance, "--integrator-tolerance", &settings.tolerances)}) {
+  for (const auto& [text, what, ladder] : {std::tuple(&o.steps, "--steps", &settings.steps),
+                                           std::tuple(&o.tolerances, "--tolerances", &settings.tolerances)}) {
     if (text->empty()) continue;
     auto parsed = parse_ladder(*text, what);
     if (!parsed) return tl::unexpected(parsed.error());
@@ -295,14 +295,13 @@ Result<nlohmann::json> work_on_map(const StabilityOptions& o, const Command& com
 Result<nlohmann::json> work_on_long_runs(const StabilityOptions& o, const Command& command) {
   const std::filesystem::path folder = o.folder;
   if (o.scenes.size() > 1 || !o.vary.empty())
-    return bad_use("--long", "runs a single scene without changes; name one, and leave --vary out");
+    return bad_use("--long", "runs a single, unchanged scene; name one scene and leave out --vary");
   LongRunSettings settings;
   settings.methods = o.methods;
   settings.equations = o.equations == "lagrange" ? Equations::lagrange : Equations::recursive;
   settings.steps = *o.long_steps;
-  for (const auto& [text, what, value] :
-       {std::tuple(&o.step, "--step", &settings.step),
-        std::tuple(&o.tolerance, "--integrator-tolerance", &settings.tolerance)}) {
+  for (const auto& [text, what, value] : {std::tuple(&o.steps, "--steps", &settings.step),
+                                          std::tuple(&o.tolerances, "--tolerances", &settings.tolerance)}) {
     if (text->empty()) continue;
     const auto parsed = parse_ladder(*text, what);
     if (!parsed) return tl::unexpected(parsed.error());
@@ -362,44 +361,38 @@ void add_stability(CLI::App& program, Command& command) {
   verb->add_option("scenes", o->scenes,
                    "Scene file: TOML, MJCF, URDF or OpenSim; several scenes become the map's columns")
       ->required();
-  add_model_options(*verb, o->model);
-  verb->add_option("-o,--out", o->folder, "Folder for the page, the drawings and the tables")
+  add_output(*verb, o->folder, "FOLDER", "Folder for the page, the drawings and the tables")
       ->capture_default_str();
   verb->add_option("--vary", o->vary,
                    "Number of the scene's file to vary, PATH=LOW:HIGH[:COUNT], such as "
-                   "spring.stiffness=1:1e8; several paths separated by commas take the same value");
-  verb->add_option("--step", o->step,
-                   "Steps of methods with a fixed step, LOW:HIGH[:COUNT], s; with --long a single value");
-  verb->add_option("--integrator-tolerance", o->tolerance,
-                   "Tolerances of adaptive methods, LOW:HIGH[:COUNT]; with --long a single value");
-  verb->add_option("--methods", o->methods, "Integrators, separated by commas (default: all)")
+                   "spring.stiffness=1:1e8; several paths separated by commas take the same value")
+      ->type_name("PATH=RANGE");
+  add_shared(*verb, flags::methods, o->methods, " (default: all)")
       ->delimiter(',')
-      ->check(CLI::IsMember(integrator_names()));
-  verb->add_option("--equations", o->equations,
-                   "Equations of motion: recursive (along the tree) or lagrange (the paper's scan)")
-      ->check(CLI::IsMember({"recursive", "lagrange"}))
-      ->capture_default_str();
-  verb->add_option(
-          "--constraints", o->constraints,
-          "Treatment of constraint drift: projection or baumgarte (default: the scene's own setting)")
-      ->check(CLI::IsMember({"projection", "baumgarte"}));
-  verb->add_option("--end", o->end, "End time of each run, s (default: the scene's)")
-      ->check(positive_number());
-  verb->add_option("--least-steps", o->lengths.least, "Least number of steps per run, even past its end time")
-      ->check(CLI::Range(8L, 1000000000L))
-      ->capture_default_str();
+      ->check(one_of(integrator_names()));
+  add_shared(*verb, flags::end, o->end);
+  verb->add_option("--steps", o->steps,
+                   "Steps of methods with a fixed step, LOW:HIGH[:COUNT], s; with --long a single value")
+      ->type_name("RANGE");
+  verb->add_option("--tolerances", o->tolerances,
+                   "Tolerances of adaptive methods, LOW:HIGH[:COUNT]; with --long a single value")
+      ->type_name("RANGE");
+  add_shared(*verb, flags::equations, o->equations)->capture_default_str();
+  add_shared(*verb, flags::constraints, o->constraints, " (default: the scene's)");
   verb->add_option("--most-steps", o->lengths.most,
                    "Largest number of steps per run, even before its end time")
-      ->check(CLI::Range(8L, 1000000000L))
+      ->check(whole_number_within(8, 1000000000))
       ->capture_default_str();
-  verb->add_flag("--failing", o->failing, "Write the scenes on which a method failed closest to its limit");
+  auto* failing = verb->add_flag("--failing", o->failing,
+                                 "Write the scenes on which a method failed closest to its limit");
   verb->add_option("--long", o->long_steps,
                    "Instead of a map: measure the drift of energy and momentum over this many steps")
-      ->check(CLI::Range(8L, 10000000L))
-      ->excludes("--failing");
+      ->check(whole_number_within(8, 10000000))
+      ->excludes(failing);
   group_options(*verb, "Methods",
-                {"--methods", "--equations", "--constraints", "--step", "--integrator-tolerance"});
-  group_options(*verb, "Length of runs", {"--end", "--least-steps", "--most-steps", "--long"});
+                {"--steps", "--tolerances", "--equations", "--constraints", "--most-steps"});
+  group_options(*verb, "Other results", {"--failing", "--long"});
+  add_model_options(*verb, o->model);
   verb->callback([&command, o] {
     o->methods = each_once(o->methods);
     command.work = [o](const Command& c) -> Result<nlohmann::json> {

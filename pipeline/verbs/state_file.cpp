@@ -7,6 +7,7 @@
 #include "dynamics/equations/evaluate.hpp"
 #include "error/json_text.hpp"
 #include "pipeline/verbs/inputs.hpp"
+#include "pipeline/verbs/shared_flags.hpp"
 #include "process/input_file.hpp"
 
 namespace borelli {
@@ -89,14 +90,13 @@ Result<json> of_numbers(const StateOptions& o, json answer) {
 
 void add_state_options(CLI::App& verb, StateOptions& o) {
   verb.add_option("scene", o.scene, "Scene file: TOML, MJCF, URDF or OpenSim")->required();
-  add_model_options(verb, o.model);
   verb.add_option("--state", o.state,
                   "JSON file with t (s), q, v and efforts in the order of the scene's file, as `end` in the "
                   "answer of `simulate --json`; q is required, a missing t, v or efforts is zero (default: "
-                  "the scene's initial state)");
-  verb.add_option("--equations", o.equations,
-                  "Equations of motion: recursive (along the tree) or lagrange (the paper's scan)")
-      ->check(CLI::IsMember({"recursive", "lagrange"}));
+                  "the scene's initial state)")
+      ->type_name("FILE");
+  add_shared(verb, flags::equations, o.equations, " (default: the scene's)");
+  add_model_options(verb, o.model);
 }
 
 tl::unexpected<Error> in_scene(const StateOptions& o, Error error) {

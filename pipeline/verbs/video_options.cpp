@@ -4,7 +4,7 @@
 #include <cstdio>
 
 #include "pipeline/report/scene_meshes.hpp"
-#include "pipeline/verbs/number_check.hpp"
+#include "pipeline/verbs/value_check.hpp"
 #include "pipeline/verbs/verb.hpp"
 
 namespace borelli {
@@ -23,10 +23,13 @@ constexpr std::array views{NamedView{"oblique", 40, 12}, NamedView{"front", 0, 5
 void add_video_options(CLI::App& verb, VideoAsked& asked, const std::string& where) {
   // (the others do not demand --video: a run's stored settings hold them all)
   verb.add_option("--video", asked.file,
-                  "Also write a video of the motion, .mp4, " + where + "; needs ffmpeg");
+                  "Also write a video of the motion, .mp4; " + where + "; needs ffmpeg")
+      ->type_name("FILE");
   std::vector<std::string> names;
   for (const NamedView& view : views) names.emplace_back(view.name);
-  verb.add_option("--video-size", asked.size, "Width and height, pixels, both even")->capture_default_str();
+  verb.add_option("--video-size", asked.size, "Width and height, pixels, both even")
+      ->type_name("WIDTHxHEIGHT")
+      ->capture_default_str();
   verb.add_option("--video-rate", asked.rate, "Frames per second")
       ->check(number_within(1.0, 240.0))
       ->capture_default_str();
@@ -34,10 +37,10 @@ void add_video_options(CLI::App& verb, VideoAsked& asked, const std::string& whe
       ->check(number_within(1e-6, 1e6))
       ->capture_default_str();
   verb.add_option("--video-view", asked.view, "Where the camera is, as the body faces at the start")
-      ->check(CLI::IsMember(names))
+      ->check(one_of(names))
       ->capture_default_str();
   verb.add_option("--video-style", asked.style, "Lit surfaces, or black edges on white without hidden ones")
-      ->check(CLI::IsMember({"solid", "wire"}))
+      ->check(one_of({"solid", "wire"}))
       ->capture_default_str();
   group_options(
       verb, "Video",
@@ -46,12 +49,12 @@ void add_video_options(CLI::App& verb, VideoAsked& asked, const std::string& whe
 
 Result<VideoOptions> video_options(const VideoAsked& asked) {
   if (!asked.file.ends_with(".mp4"))
-    return bad_use("--video " + asked.file, "is not the name of a video; it must end in .mp4");
+    return bad_use("--video " + asked.file, "is not a video file; end the name in .mp4");
   VideoOptions options;
   int read = 0;
   if (std::sscanf(asked.size.c_str(), "%5dx%5d%n", &options.width, &options.height, &read) != 2 ||
       static_cast<std::size_t>(read) != asked.size.size())
-    return bad_use("--video-size " + asked.size, "is not a size; write it as 1280x720");
+    return bad_use("--video-size " + asked.size, "is not a size in pixels; write it as 1280x720");
   options.rate = asked.rate, options.speed = asked.speed;
   options.style = asked.style == "wire" ? FilmStyle::wire : FilmStyle::solid;
   for (const NamedView& view : views)

@@ -46,7 +46,7 @@ measured=(--budget $budget --repeats $repeats)
 voxel_chart() { $bin/voxel_chart "$1" "${sizes[@]}"; }
 volume_economy() {
   $bin/borelli phantom --spacing 5 -o "$out/phantom.nii.gz"
-  $bin/borelli economy "$out/phantom.nii.gz" --quantity hu --tolerance 0.05 -o "$1"
+  $bin/borelli economy "$out/phantom.nii.gz" --quantity hu --table-tolerance 0.05 -o "$1"
 }
 
 chart peers "Error against time, beside other programs" $bin/peers "${all[@]}" "${measured[@]}" \
@@ -59,12 +59,12 @@ chart paper "The paper's other treatments of the equations" \
 chart masses "Where methods fail: a heavier cube on the shock's bar" \
   $bin/borelli stability samples/shock.toml --vary 'solid[cube].shape.mass=1:1e6' "${map[@]}" -o
 chart long "Energy and momentum over long runs" \
-  $bin/borelli stability samples/pendulum.toml --long $run --step 0.01 -o
-chart model "The smallest model: a human on a bar, within 5 %" $bin/borelli economy $scenes/human_bar.toml --tolerance 0.05 -o
+  $bin/borelli stability samples/pendulum.toml --long $run --steps 0.01 -o
+chart model "The smallest model: a human on a bar, within 5 %" $bin/borelli economy $scenes/human_bar.toml --model-tolerance 0.05 -o
 chart voxels "Volumes: error and time against voxel size" voxel_chart
 command[voxels]="$bin/voxel_chart ${out##*/}/voxels ${sizes[*]}"
 chart grids "Volumes: what a table needs, within 5 %" volume_economy
-command[grids]="$bin/borelli phantom --spacing 5 -o phantom.nii.gz && $bin/borelli economy phantom.nii.gz --quantity hu --tolerance 0.05 -o ${out##*/}/grids"
+command[grids]="$bin/borelli phantom --spacing 5 -o phantom.nii.gz && $bin/borelli economy phantom.nii.gz --quantity hu --table-tolerance 0.05 -o ${out##*/}/grids"
 
 html() { sed 's/&/\&amp;/g; s/</\&lt;/g; s/>/\&gt;/g'; }
 {

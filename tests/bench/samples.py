@@ -51,7 +51,7 @@ with tempfile.TemporaryDirectory() as name:
         each = ["--output-interval", repr((float(probe[-1]["time [s]"]) - float(probe[0]["time [s]"])) / 20)]
         own, _ = motion(scene, folder, *each)
         for method in ("dop853", "arkode"):
-            tight, _ = motion(scene, folder, *each, "--method", method, "--integrator-tolerance", "1e-13")
+            tight, _ = motion(scene, folder, *each, "--method", method, "--tolerance", "1e-13")
             if tight is not None:
                 break
         worst = (float("nan"),) * 2

@@ -305,7 +305,7 @@ def work_precision_section(programs, _):
     errors, repeats = (1e-3, 1e-6, 1e-9), 11 if programs.quick else 101
     lines = ["Milliseconds of a whole run to an error of position (over the scene's length) and angle (rad), at 20 times and at four "
              f"(`borelli chart SCENE --methods gauss16,gbs,dop853 --equations recursive --budget 0.1 --per-decade 3 --repeats {repeats}`, "
-             "and `--outputs 4`):", "",
+             "and `--samples 4`):", "",
              "| scene | method | at 20: " + " | ".join(f"{e:.0e}".replace("e-0", "e-") for e in errors)
              + " | at 4: " + " | ".join(f"{e:.0e}".replace("e-0", "e-") for e in errors) + " |",
              "| --- | --- |" + " ---: |" * (2 * len(errors))]
@@ -315,7 +315,7 @@ def work_precision_section(programs, _):
             with tempfile.TemporaryDirectory() as folder:
                 programs.run(programs.path("borelli"), "chart", ROOT / scene, "-o", folder, "--methods", "gauss16,gbs,dop853",
                              "--equations", "recursive", "--budget", "0.1", "--per-decade", "3", "--repeats", str(repeats),
-                             "--outputs", str(outputs))
+                             "--samples", str(outputs))
                 with open(os.path.join(folder, "chart.csv"), encoding="utf-8") as file:
                     runs = list(csv.DictReader(line for line in file if not line.startswith("#")))
             for error in errors:

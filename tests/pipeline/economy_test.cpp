@@ -109,7 +109,7 @@ TEST(Economy, ErrorsAreThoseOfTheWrittenScene) {
   const TestFolder folder;
   const std::string whole = folder.write("arm.toml", write_scene(arm(500)).value());
   const ProgramRun run =
-      run_program("economy " + whole + " --tolerance 0.5% --json -o " + folder.path().string());
+      run_program("economy " + whole + " --model-tolerance 0.5% --json -o " + folder.path().string());
   ASSERT_EQ(run.code, 0) << run.err;
   const auto answer = nlohmann::json::parse(run.out, nullptr, false);
   ASSERT_EQ(answer["models"].size(), 3u) << answer["stays"];
@@ -299,7 +299,7 @@ TEST(Economy, RefusesInvalidRequests) {
     EXPECT_EQ(run.code, 2) << arguments;
     return run.err;
   };
-  EXPECT_NE(refused_words("none.toml --tolerance 200%").find("is not between 1e-07 and 100 %"),
+  EXPECT_NE(refused_words("none.toml --model-tolerance 200%").find("is not between 1e-07 and 100 %"),
             std::string::npos);
   EXPECT_NE(refused_words("none.toml").find("none.toml: no such file"), std::string::npos);
   const std::string volume = folder.write("v.nii.gz", "");

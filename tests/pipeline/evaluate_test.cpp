@@ -200,7 +200,7 @@ centre = [0, 0, 0]
 tensor = [0, 0, 0]
 )");
   for (const auto& [axes, pull] : {std::pair("world", 1), std::pair("parent", 0)}) {
-    const ProgramRun run = run_program("evaluate " + scene + " --reactions " + axes);
+    const ProgramRun run = run_program("evaluate " + scene + " --reactions-in " + axes);
     ASSERT_EQ(run.code, 0) << run.err;
     const json bob = json::parse(run.out, nullptr, false)["reactions"][1];
     EXPECT_EQ(bob["solid"], "bob");
@@ -209,7 +209,7 @@ tensor = [0, 0, 0]
     EXPECT_NEAR(bob["force"][1 - pull], 0, 1e-12) << axes;
     EXPECT_NEAR(bob["force"][2], 9.81, 1e-12) << axes;
   }
-  const ProgramRun refused = run_program("evaluate " + scene + " --reactions child");
+  const ProgramRun refused = run_program("evaluate " + scene + " --reactions-in child");
   EXPECT_EQ(refused.code, 2);
   EXPECT_NE(refused.err.find("child"), std::string::npos) << refused.err;
 }
@@ -220,7 +220,7 @@ TEST(Evaluate, ReactionsAndMomentaMatchHandCalculation) {
   const std::string state = folder.write("state.json", R"({"q": [0.3], "v": [2]})");
   const ProgramRun run =
       run_program("evaluate " + samples +
-                  "pendulum.toml --reactions world --jacobians --point bob:0,0,-0.5 --state " + state);
+                  "pendulum.toml --reactions-in world --jacobians --point bob:0,0,-0.5 --state " + state);
   ASSERT_EQ(run.code, 0) << run.err;
   const json a = json::parse(run.out, nullptr, false);
   const double s = std::sin(0.3), c = std::cos(0.3), pull = 9.81 * c + 4;

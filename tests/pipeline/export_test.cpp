@@ -73,10 +73,10 @@ TEST_F(Export, SaysWhyLabelsDoNotBecomeDicom) {
     EXPECT_NE(answer.err.find(why), std::string::npos) << answer.err;
     EXPECT_FALSE(fs::exists(folder_ / "out/labels.dcm")) << arguments;
   };
-  refused("--dicom --scan " + (folder_ / "labels.nii.gz").string(), 2, "is no DICOM scan");
-  refused("--dicom --scan " + (folder_ / "none").string(), 2, "no such file");
-  refused("--scan " + folder_.path().string(), 2, "--dicom");
-  refused("--dicom --patient", 2, "--scan");
+  refused("--dicom --volume " + (folder_ / "labels.nii.gz").string(), 2, "is not a DICOM scan");
+  refused("--dicom --volume " + (folder_ / "none").string(), 2, "no such file");
+  refused("--volume " + folder_.path().string(), 2, "--dicom");
+  refused("--dicom --patient", 2, "--volume");
   fs::create_directories(folder_ / "out/labels.dcm/inner");
   const ProgramRun answer = run("--dicom");
   EXPECT_EQ(answer.code, 2);

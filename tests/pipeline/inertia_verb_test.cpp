@@ -150,7 +150,7 @@ TEST_F(InertiaVerb, IsbFramesAreNamedOnlyIfPresent) {
   const std::string isb = "inertia" + inputs() + " --frames isb";
   const ProgramRun refused = run_program(isb);
   EXPECT_EQ(refused.code, 2);
-  EXPECT_NE(refused.err.find("give --landmarks"), std::string::npos) << refused.err;
+  EXPECT_NE(refused.err.find("add --landmarks"), std::string::npos) << refused.err;
   const ProgramRun full = run_program(isb + " --landmarks " + file("landmarks.json"));
   EXPECT_EQ(full.code, 0) << full.err;
   EXPECT_NE(full.out.find("frames: isb"), std::string::npos);
@@ -173,7 +173,6 @@ TEST_F(InertiaVerb, RefusesBadUseWithCodeTwo) {
   EXPECT_EQ(run_program("inertia" + inputs() + " -o " + file("table.txt")).code, 2);
   EXPECT_EQ(run_program("inertia" + inputs() + " --quantity labels").code, 2);
   EXPECT_EQ(run_program("inertia" + inputs() + " --convention deleva96").code, 2);
-  EXPECT_EQ(run_program("inertia" + inputs() + " --voxels points --blur-reach 2").code, 2);
   EXPECT_FALSE(fs::exists(file("table.txt")));
   const ProgramRun curve = run_program("inertia" + inputs() + " --density-curve mine");
   EXPECT_NE(curve.err.find("schneider2000"), std::string::npos) << curve.err;

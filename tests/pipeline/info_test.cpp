@@ -75,7 +75,7 @@ TEST(Info, NamesDamagedAndForeignTrajectories) {
   EXPECT_NE(cut.err.find("damaged or cut short"), std::string::npos) << cut.err;
   const ProgramRun table = run_program("info " + (folder / "a.csv").string());
   EXPECT_EQ(table.code, 2);
-  EXPECT_NE(table.err.find("is a table for people and spreadsheets"), std::string::npos) << table.err;
+  EXPECT_NE(table.err.find("is a table without the trajectory"), std::string::npos) << table.err;
 }
 
 }  // namespace

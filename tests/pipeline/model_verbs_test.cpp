@@ -90,7 +90,7 @@ TEST(ModelVerbs, FilesThatAreNoScenesAreRefusedInOneSentence) {
 TEST(ModelVerbs, SimulateAndInfoSayWhatIsNotModelled) {
   const TestFolder folder;
   const std::string file = folder.write("plate.xml", spinner_mjcf);
-  const std::string line = "warning: not modelled and changes the motion: <motor> in <actuator>: at ";
+  const std::string line = "warning: not modelled, so the motion differs: <motor> in <actuator>: at ";
   for (const char* verb : {"info ", "simulate "}) {
     const ProgramRun run = run_program(verb + file);
     EXPECT_EQ(run.code, 0) << run.err;
@@ -135,7 +135,7 @@ TEST(ModelVerbs, FallingMjcfBodyLands) {
       "type='hfield' "
       "hfield='h'/><body pos='0 0 .5'><freejoint/><geom size='.1'/></body></worldbody></mujoco>");
   const ProgramRun run = run_program("simulate " + field);
-  EXPECT_NE(run.err.find("not modelled and changes the motion: contacts of 1 pairs of geoms"),
+  EXPECT_NE(run.err.find("not modelled, so the motion differs: contacts of 1 pairs of geoms"),
             std::string::npos)
       << run.err;
 }

@@ -66,7 +66,7 @@ TEST(Outputs, FolderInPlaceOfAFileIsReportedBeforeTheWork) {
   for (const std::string& of :
        {"chart " + samples + "a01.toml --end 0.1 --budget 1e-4 --equations recursive" + quick,
         "economy " + samples + "double_pendulum.toml --end 0.01",
-        "stability " + samples + "pendulum.toml --end 0.1 --step 1e-2" + quick,
+        "stability " + samples + "pendulum.toml --end 0.1 --steps 1e-2" + quick,
         "stability " + samples + "pendulum.toml --long 100" + quick}) {
     const TestFolder folder;
     const fs::path out = folder / "out";

@@ -33,7 +33,7 @@ class PhantomVerb : public testing::Test {
 
 TEST_F(PhantomVerb, WritesScanLabelsTableAndLandmarks) {
   const ProgramRun answer =
-      run("--spacing 6 7 8 --rotation-deg 3 4 5 --sex female --mass 60 --pose knee_left_flexion=20 "
+      run("--spacing 6 7 8 --rotation-deg 3 4 5 --sex female --mass 60 --angle knee_left_flexion=20 "
           "--json -o " +
           file("deep/body.nrrd"));
   ASSERT_EQ(answer.code, 0) << answer.err;
@@ -82,7 +82,7 @@ TEST_F(PhantomVerb, WritesScanLabelsTableAndLandmarks) {
 
 TEST_F(PhantomVerb, SameSeedGivesTheSameFiles) {
   const auto made = [&](const std::string& words) {
-    EXPECT_EQ(run("--spacing 10 --noise 30 --table " + words + " -o " + file("body.nii.gz")).code, 0);
+    EXPECT_EQ(run("--spacing 10 --noise 30 --couch " + words + " -o " + file("body.nii.gz")).code, 0);
     return bytes_of(file("body.nii.gz")) + bytes_of(file("body_labels.nii.gz"));
   };
   const std::string one = made("--seed 4 --threads 1");
@@ -94,9 +94,9 @@ TEST_F(PhantomVerb, SameSeedGivesTheSameFiles) {
 TEST_F(PhantomVerb, RefusesInvalidRequestsAndLeavesNothing) {
   const std::vector<std::array<std::string, 2>> asked{
       {{"--mass 200 -o body.nii.gz", "can weigh"},
-       {"--pose knee=3 -o body.nii.gz", "knee_left_flexion"},
-       {"--pose knee_left_flexion -o body.nii.gz", "is not a joint angle"},
-       {"--pose knee_left_flexion=20 --pose knee_left_flexion=30 "
+       {"--angle knee=3 -o body.nii.gz", "knee_left_flexion"},
+       {"--angle knee_left_flexion -o body.nii.gz", "is not a joint angle"},
+       {"--angle knee_left_flexion=20 --angle knee_left_flexion=30 "
         "-o body.nii.gz",
         "twice"},
        {"--spacing 3 4 -o body.nii.gz", "--spacing"},
@@ -114,7 +114,7 @@ TEST_F(PhantomVerb, RefusesInvalidRequestsAndLeavesNothing) {
        {"--mass 0 -o body.nii.gz", "mass"},
        {"--mass nan -o body.nii.gz", "mass"},
        {"--mass inf -o body.nii.gz", "mass"},
-       {"--pose knee_left_flexion=nan -o body.nii.gz", "knee_left_flexion"},
+       {"--angle knee_left_flexion=nan -o body.nii.gz", "knee_left_flexion"},
        {"--seed 3 -o body.nii.gz", "add --noise"},
        {"--seed -3 -o body.nii.gz", "seed"},
        {"-o body.dcm", ".nii.gz"}}};

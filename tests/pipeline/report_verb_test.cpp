@@ -149,7 +149,7 @@ TEST_F(ReportVerb, RemovesTheFace) {
   ASSERT_EQ(exit_code, 0) << said;
   EXPECT_EQ(data()["face"], "taken");
   EXPECT_EQ(page_block("body"), "");
-  EXPECT_NE(said.find("leaves out the moving body"), std::string::npos) << said;
+  EXPECT_NE(said.find("shows no moving body"), std::string::npos) << said;
 }
 
 TEST_F(ReportVerb, WarnsIfNoHeadIsFound) {

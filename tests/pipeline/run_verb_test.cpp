@@ -81,7 +81,7 @@ class RunVerb : public testing::Test {
   /// All but the volume; the results are in out/<subject>.
   std::string words(const std::string& subject = "s", const std::string& landmarks = "joints.json") const {
     return " --quantity hu --labels " + path("labels.nrrd") + " --landmarks " + path(landmarks) +
-           " --flight-time 0.1 --mesh-tolerance 3 --subject " + subject + " -o " + path("out");
+           " --flight-time 0.1 --mesh-tolerance-mm 3 --subject " + subject + " -o " + path("out");
   }
   fs::path result(const std::string& name) const { return folder / "out/s" / name; }
 
@@ -237,7 +237,8 @@ TEST_F(RunVerb, KeepsAndUsesFilesEditedByHand) {
   EXPECT_NE(read_input_file(result("inertia/table.json")).value(), table);
 
   fs::resize_file(result("segmentation/labels.nii.gz"), 100);
-  expect_refused("run " + run, 2, "landmarks.json: was changed by hand, and the stage 'segmentation'");
+  expect_refused("run " + run, 2,
+                 "landmarks.json: was changed by hand, but the stage 'segmentation' would overwrite it");
   EXPECT_EQ(read_input_file(result("segmentation/landmarks.json")).value(), edited);
   EXPECT_EQ(stages_done(run + " --force"), all);
   EXPECT_NE(read_input_file(result("segmentation/landmarks.json")).value(), edited);
@@ -259,7 +260,7 @@ TEST_F(RunVerb, ChangedVoxelMakesAnotherScan) {
     EXPECT_EQ(record["inputs"]["volume"][1]["file"], "scan.raw");
   }
   fs::remove(folder / "scan.raw");
-  expect_refused("run " + path("scan.mhd") + words(), 2, "scan.raw': no such file");
+  expect_refused("run " + path("scan.mhd") + words(), 2, "scan.raw', which does not exist");
 }
 
 // Starts the program and leaves it at work.
@@ -344,7 +345,7 @@ TEST_F(RunVerb, OutputsDoNotNameTheInputsFolder) {
   };
   const std::string words = " --quantity hu --labels " + path(patient + "/labels.nrrd") + " --landmarks " +
                             path(patient + "/joints.json") +
-                            " --flight-time 0.1 --mesh-tolerance 3 --subject s -o ";
+                            " --flight-time 0.1 --mesh-tolerance-mm 3 --subject s -o ";
   EXPECT_EQ(stages_done(own + words + out), all);
   EXPECT_EQ(named_in("out"), Names{});
   EXPECT_EQ(stages_done(own + words + path("kept") + " --keep-paths"), all);
@@ -386,13 +387,12 @@ TEST_F(RunVerb, RefusesTwoRunsInOneFolder) {
 
 TEST_F(RunVerb, StoredSettingsRepeatTheRun) {
   // names that look like numbers, a number that decimals do not hold, quotes
-  const std::string run =
-      path("scan.mhd") + words("007") +
-      " --keep-paths --pose \"on \\\"one's\\\" side\" --sex female --allow-untrusted"
-      " --integrator-tolerance 3.0000000000000004e-7 --somersault-rate -123.456 --tuck +.25"
-      " --density-curve mcsquare --method rk4_adaptive --muscle-frequency 1"
-      " --damping-ratio 0.7 --label-names " +
-      path("labels.tsv");
+  const std::string run = path("scan.mhd") + words("007") +
+                          " --keep-paths --pose \"on \\\"one's\\\" side\" --sex female --allow-untrusted"
+                          " --tolerance 3.0000000000000004e-7 --somersault-rate -123.456 --tuck +.25"
+                          " --density-curve mcsquare --method rk4_adaptive --muscle-frequency 1"
+                          " --damping-ratio 0.7 --label-names " +
+                          path("labels.tsv");
   EXPECT_EQ(stages_done(run), all);
   const std::string file = path("out/007/settings.toml");
   const std::string text = read_input_file(file).value();
@@ -409,7 +409,7 @@ TEST_F(RunVerb, StoredSettingsRepeatTheRun) {
   EXPECT_EQ(stages_done("--settings " + file + " --keep-paths=false"), all);
   const std::string shared = read_input_file(file).value();
   EXPECT_EQ(shared.find(folder.path().string()), std::string::npos) << shared;
-  EXPECT_NE(shared.find("run VOLUME --settings settings.toml --out FOLDER --labels labels.nrrd"),
+  EXPECT_NE(shared.find("run VOLUME --settings settings.toml --output FOLDER --labels labels.nrrd"),
             std::string::npos)
       << shared;
   fs::create_directories(folder / "moved");
@@ -434,7 +434,7 @@ TEST_F(RunVerb, SimulatesTheSmallestModelWithinATolerance) {
   const std::string run = path("scan.mhd") + words();
   Names with_economy = all;
   with_economy.insert("economy");
-  EXPECT_EQ(stages_done(run + " --tolerance 1% --keep centre --keep turn:lower_trunk"), with_economy);
+  EXPECT_EQ(stages_done(run + " --model-tolerance 1% --keep centre --keep turn:lower_trunk"), with_economy);
   const auto record = json::parse(read_input_file(result("run.json")).value());
   const json said = record["stages"][3]["economy"];
   const Scene whole = read_scene(result("model/scene.toml")).value(),
@@ -471,8 +471,8 @@ TEST_F(RunVerb, SimulatesTheSmallestModelWithinATolerance) {
       Names{});
   EXPECT_EQ(stages_done(run), (Names{"motion", "glb", "report"}));
   EXPECT_FALSE(fs::exists(result("model/smallest.toml")));
-  expect_refused("run " + run + " --keep centre", 2, "--keep: says what must stay within --tolerance");
-  expect_refused("run " + run + " --tolerance 1e-6", 2, "--integrator-tolerance");
+  expect_refused("run " + run + " --keep centre", 2, "--keep: applies only with --model-tolerance");
+  expect_refused("run " + run + " --model-tolerance 1e-6", 2, "is not between 0.1 and 50 %");
 }
 
 TEST_F(RunVerb, StepIsForMethodsWithFixedSteps) {
@@ -492,8 +492,7 @@ TEST_F(RunVerb, StepIsForMethodsWithFixedSteps) {
 TEST_F(RunVerb, WrongSettingsAreNamedWithTheirLine) {
   for (const auto& [text, said] :
        {std::pair{"[run]\nsex = 'male'\ncolour = 'red'\n", ":3: unknown setting run.colour"},
-        {"[run]\n\nintegrator-tolerance = 'few'\n",
-         ":3: run.integrator-tolerance is 'few', expected a number"},
+        {"[run]\n\ntolerance = 'few'\n", ":3: run.tolerance is 'few', expected a number"},
         {"[run]\ntuck = true\n", ":2: run.tuck is true, expected a number"},
         {"[run]\nsubject = 7\n", ":2: run.subject is 7, expected a text in quotes"},
         {"[run]\nallow-untrusted = 'yes'\n", ":2: run.allow-untrusted is 'yes', expected true or false"},
@@ -526,11 +525,11 @@ TEST_F(RunVerb, RefusesBadUseBeforeAnyWork) {
   expect_refused("run " + path("none.mhd") + words(), 2, "none.mhd: no such file");
   expect_refused("run " + path("scan.mhd") + words("s", "none.json"), 2, "none.json: no such file");
   expect_refused("run " + path("scan.mhd") + words() + " --density-curve mine", 2, "schneider2000");
-  expect_refused("run " + path("scan.mhd") + words() + " --method rk4 --integrator-tolerance 1e-6", 2,
-                 "--integrator-tolerance: has no effect with rk4");
+  expect_refused("run " + path("scan.mhd") + words() + " --method rk4 --tolerance 1e-6", 2,
+                 "--tolerance: has no effect with rk4");
   expect_refused("run " + path("scan.mhd") + words() + " --step 1e-3", 2, "--step requires --method");
   expect_refused("run " + path("scan.mhd") + words() + " --accuracy 1e-7 --method rk4", 2, "--accuracy");
-  const std::string keep = "run " + path("scan.mhd") + words() + " --tolerance 5% --keep ";
+  const std::string keep = "run " + path("scan.mhd") + words() + " --model-tolerance 5% --keep ";
   expect_refused(keep + "turn:nosuch", 2, "quantity 'turn:nosuch': the scene has no solid of that name");
   expect_refused(keep + "coordinate:spine", 2, "no moving coordinate of that name");
   expect_refused(keep + "solid:head:1,2", 2, "its point must be three numbers");

@@ -41,7 +41,7 @@ class SegmentsVerbs : public testing::Test {
   static ProgramRun run(const std::string& subject, const std::string& segments) {
     return run_program("run " + path("scan.nii.gz") + " --quantity hu --labels " + path("labels.nii.gz") +
                        " --landmarks " + path("joints.json") +
-                       " --sex male --flight-time 0.1 --mesh-tolerance 3 --subject " + subject +
+                       " --sex male --flight-time 0.1 --mesh-tolerance-mm 3 --subject " + subject +
                        (segments.empty() ? "" : " --segments " + segments) + " -o " + path("out"));
   }
   static std::set<std::string> names_in(const LabelMap& labels) {

@@ -24,8 +24,8 @@ const std::string samples = test::source_folder() + "/samples/";
 TEST(StabilityVerb, MapsASceneNumberAgainstTheStep) {
   const TestFolder folder;
   const ProgramRun run = run_program("stability " + samples +
-                                     "heavy_top.toml --vary top.mass=1:10:2 --step 1e-3:0.1:5 --methods "
-                                     "rk4,dop853 --integrator-tolerance 1e-6,1e-4 --failing --json -o " +
+                                     "heavy_top.toml --vary top.mass=1:10:2 --steps 1e-3:0.1:5 --methods "
+                                     "rk4,dop853 --tolerances 1e-6,1e-4 --failing --json -o " +
                                      folder.path().string());
   ASSERT_EQ(run.code, 0) << run.err;
   const json answer = json::parse(run.out, nullptr, false);
@@ -49,14 +49,14 @@ TEST(StabilityVerb, AcceptsSeveralScenesAndForeignModels) {
   const TestFolder folder;
   const ProgramRun run =
       run_program("stability " + samples + "pendulum_3.toml " + samples +
-                  "pendulum_4.toml --end 1 --step 1e-2,1e-1 --methods rk4 -o " + folder.path().string());
+                  "pendulum_4.toml --end 1 --steps 1e-2,1e-1 --methods rk4 -o " + folder.path().string());
   ASSERT_EQ(run.code, 0) << run.err;
   EXPECT_NE(run.out.find("pendulum of 4 bars"), std::string::npos);
   const std::string model = folder.write("m.xml", R"(<mujoco><worldbody><body name="b">
       <joint name="j" type="hinge" axis="0 1 0" stiffness="5"/><geom type="sphere" size=".1" pos="0 0 -1" mass="1"/>
       </body></worldbody></mujoco>)");
   const ProgramRun mjcf =
-      run_program("stability " + model + " --vary \"effort[0].stiffness=1,100\" --step 0.01 " +
+      run_program("stability " + model + " --vary \"effort[0].stiffness=1,100\" --steps 0.01 " +
                   "--methods rk4 --json -o " + folder.path().string());
   ASSERT_EQ(mjcf.code, 0) << mjcf.err;
   EXPECT_EQ(json::parse(mjcf.out, nullptr, false)["runs"], 2);
@@ -92,7 +92,7 @@ TEST(StabilityVerb, ContinuesAfterAnInterruption) {
 TEST(StabilityVerb, IgnoresDamagedAndOlderResults) {
   const TestFolder folder;
   const std::string asked =
-      "stability " + samples + "heavy_top.toml --step 1e-2 -o " + folder.path().string();
+      "stability " + samples + "heavy_top.toml --steps 1e-2 -o " + folder.path().string();
   ASSERT_EQ(run_program(asked + " --methods rk4,verlet").code, 0);
   EXPECT_TRUE(std::filesystem::exists(folder / "verlet.svg"));
   for (const char* spoilt : {"[1,2]", "{\"asked\":3}", "7"}) {
@@ -114,7 +114,7 @@ TEST(StabilityVerb, ScenesOfOneNameAreNamedByTheirFiles) {
     files += " " + folder.write(name, scene).string();
   const ProgramRun run =
       run_program("stability" + files + " " + samples +
-                  "shock.toml --end 0.1 --step 1e-2 --methods rk4 --json -o " + (folder / "out").string());
+                  "shock.toml --end 0.1 --steps 1e-2 --methods rk4 --json -o " + (folder / "out").string());
   ASSERT_EQ(run.code, 0) << run.err;
   const json limits = json::parse(run.out, nullptr, false)["limits"];
   ASSERT_EQ(limits.size(), 4u);
@@ -128,7 +128,7 @@ TEST(StabilityVerb, ScenesOfOneNameAreNamedByTheirFiles) {
 TEST(StabilityVerb, SingleSceneHasADrawingOfItsMethods) {
   const TestFolder folder;
   const std::string asked = "stability " + samples +
-                            "pendulum.toml --end 1 --step 1e-2,1e-1 --integrator-tolerance 1e-4 --json -o " +
+                            "pendulum.toml --end 1 --steps 1e-2,1e-1 --tolerances 1e-4 --json -o " +
                             folder.path().string() + " --methods ";
   ASSERT_EQ(run_program(asked + "rk4,verlet,dopri5").code, 0);
   for (const char* file : {"methods.svg", "methods.png", "rk4.svg", "dopri5.svg"})
@@ -169,7 +169,7 @@ TEST(StabilityVerb, RefusesBadUseInOneSentence) {
   refused("--vary 'solid[cube].shape.mass'", "expected PATH=LOW:HIGH");
   refused("--vary 'solid[cube].shape.mass=2:1'", "--vary: is '2:1'; expected LOW:HIGH");
   refused("--step=-1,1", "a step or tolerance is -1");
-  refused("--long 100 --step 1:2", "long runs need one positive number");
+  refused("--long 100 --steps 1:2", "long runs need one positive number");
   refused("--most-steps 100", "runs are limited to 200 to 100 steps");
   refused(samples + "pendulum.toml --vary gravity[2]=1:2", "applies to a single scene");
 }

@@ -72,7 +72,7 @@ class Program(unittest.TestCase):
             with self.subTest(name):
                 path = self.folder / f"{name}.csv"
                 program.run("simulate", program.samples / f"{name}.toml", "--end", 0.5, "--method", "dopri5",
-                            "--integrator-tolerance", 1e-7, "-o", path, "--allow-untrusted")
+                            "--tolerance", 1e-7, "-o", path, "--allow-untrusted")
                 with warnings.catch_warnings():
                     warnings.simplefilter("ignore", borelli.DoubtWarning)
                     motion = borelli.simulate(scene_of(name), duration=0.5, method="dopri5", tolerance=1e-7)

@@ -2,7 +2,7 @@
 #include "pipeline/verbs/settings.hpp"
 #include <optional>
 
-#include "pipeline/verbs/number_check.hpp"
+#include "pipeline/verbs/value_check.hpp"
 #include "tests/mutation/reader.hpp"
 
 namespace borelli::mutation {

@@ -134,7 +134,7 @@ TEST(BodyModel, VerbsWriteByTheEnding) {
     EXPECT_EQ(model->scene.markers.empty(),
               std::string_view(name) == "body.toml" || std::string_view(name) == "body.urdf")
         << name;
-    EXPECT_EQ(run.err.find("lost or changed") == run.err.npos, std::string_view(name) == "body.toml")
+    EXPECT_EQ(run.err.find("lacks or changes") == run.err.npos, std::string_view(name) == "body.toml")
         << name << run.err;
   }
   const int before = folder.count();

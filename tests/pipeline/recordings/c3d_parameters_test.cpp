@@ -86,7 +86,7 @@ TEST(C3dParameters, WhatCannotBeReadIsLeftOutAndNamed) {
   EXPECT_EQ(read.number("POINT", "GOOD"), 7);
   EXPECT_TRUE(test::has_warning(warnings, "STRANGE has unknown type 3"));
   EXPECT_TRUE(test::has_warning(warnings, "EIGHT has 8 dimensions"));
-  EXPECT_TRUE(test::has_warning(warnings, "GREEDY reaches into the next one"));
+  EXPECT_TRUE(test::has_warning(warnings, "GREEDY overlaps the next one"));
   EXPECT_EQ(read.find("POINT", "GREEDY"), nullptr);
 }
 

@@ -46,7 +46,7 @@ TEST(Convert, NamesLossesInWarningsAndInTheAnswer) {
   const std::string file = folder / "s.urdf";
   const ProgramRun run = run_program("convert " + scene + " -o " + file);
   EXPECT_EQ(run.code, 0) << run.err;
-  EXPECT_NE(run.err.find("warning: lost or changed: efforts are not written: push (force)"),
+  EXPECT_NE(run.err.find("warning: the written file lacks or changes: efforts are not written: push (force)"),
             std::string::npos)
       << run.err;
   EXPECT_NE(run.err.find("swing"), std::string::npos) << run.err;

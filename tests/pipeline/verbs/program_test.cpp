@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <sstream>
+
 #include "tests/pipeline/program_run.hpp"
 
 namespace borelli::program_test {
@@ -20,6 +22,30 @@ TEST(Program, SuggestsTheVerbForAMistypedOne) {
   const ProgramRun far = run_program("banana");
   EXPECT_EQ(far.code, 2);
   EXPECT_EQ(far.err, "borelli: banana: unknown verb (see borelli --help)\n");
+}
+
+TEST(Program, SuggestsTheFlagOrValueForAMistypedOne) {
+  const ProgramRun flag = run_program("simulate scene.toml --acuracy 1e-6");
+  EXPECT_EQ(flag.code, 2);
+  EXPECT_EQ(flag.err,
+            "borelli: unknown flag --acuracy; did you mean --accuracy? (see borelli simulate --help)\n");
+  EXPECT_EQ(run_program("info a.toml b.toml").err,
+            "borelli: unexpected word 'b.toml' (see borelli info --help)\n");
+  EXPECT_EQ(
+      run_program("phantom -o body.mha --sex malle").err,
+      "borelli: --sex: is 'malle', expected one of male, female; did you mean male? (see borelli phantom "
+      "--help)\n");
+}
+
+// A user reads names and words, not types and checks.
+TEST(Program, TellsValuesAndRangesInWords) {
+  const std::string help = run_program("run --help").out;
+  for (const char* words : {"--work-grid NUMBER", "(1 to 6; default: 3)", "--sex male|female", "--skin  "})
+    EXPECT_NE(help.find(words), std::string::npos) << words << "\n" << help;
+  for (const char* types : {"TEXT", "FLOAT", "INT", "REQUIRED", "Needs:", "POSITIVE"})
+    EXPECT_EQ(help.find(types), std::string::npos) << types << "\n" << help;
+  std::istringstream lines(help);
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 100u) << line;
 }
 
 }  // namespace

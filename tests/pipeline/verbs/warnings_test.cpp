@@ -110,7 +110,7 @@ TEST_F(Warnings, OfVolumesAndClassesReachSegmentations) {
 
 TEST_F(Warnings, ReachRunsAndTheirReports) {
   const std::string run = "run " + path("scan.nrrd") + " --labels " + path("labels.nrrd") + " --landmarks " +
-                          path("joints.json") + " --flight-time 0.1 --mesh-tolerance 3 --subject s -o " +
+                          path("joints.json") + " --flight-time 0.1 --mesh-tolerance-mm 3 --subject s -o " +
                           path("out");
   for (int time = 0; time < 2; ++time) {  // the second time nothing is left to be done
     expect_warned(run, {"segmentation: " + said, "segmentation: " + without_folder});
@@ -177,7 +177,7 @@ TEST(WarningsOfScenes, UnmodelledElementsAreInEveryVerbsAnswer) {
   for (const std::string& verb : {"info " + file, "evaluate " + file, "equilibrium " + file, "modes " + file,
                                   "simulate --end 0.1 " + file, "economy --end 0.1 " + file + out,
                                   "chart --end 0.1 --methods dop853 --repeats 1 " + file + out,
-                                  "stability --methods rk4 --step 0.01:0.1 " + file + out}) {
+                                  "stability --methods rk4 --steps 0.01:0.1 " + file + out}) {
     const ProgramRun run = run_program(verb + " --json");
     EXPECT_EQ(run.code, 0) << verb << "\n" << run.err;
     const json answer = json::parse(run.out, nullptr, false);
@@ -196,8 +196,8 @@ TEST(WarningsOfScenes, AppearOnTheirPages) {
   for (const auto& [verb, page] :
        {std::pair("economy --end 0.1 ", "economy.html"),
         std::pair("chart --end 0.1 --methods dop853 --repeats 1 ", "chart.html"),
-        std::pair("stability --methods rk4 --step 0.01:0.1 ", "stability.html"),
-        std::pair("stability --methods rk4 --step 0.01 --long 20 ", "long.html")}) {
+        std::pair("stability --methods rk4 --steps 0.01:0.1 ", "stability.html"),
+        std::pair("stability --methods rk4 --steps 0.01 --long 20 ", "long.html")}) {
     const ProgramRun run = run_program(verb + file + " -o " + out + " --json");
     EXPECT_EQ(run.code, 0) << verb << "\n" << run.err;
     const json warnings = json::parse(run.out, nullptr, false).value("warnings", json::array());

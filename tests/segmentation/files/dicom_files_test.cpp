@@ -50,7 +50,7 @@ TEST(DicomFiles, IgnoresPlaceholderFilesWithANote) {
   ASSERT_TRUE(read) << read.error().message();
   EXPECT_EQ(read->volume.grid.size[2], 5);
   ASSERT_EQ(read->warnings.size(), 3U);
-  EXPECT_NE(read->warnings[0].find("3 files (the first is datalad.dcm) point to content that is missing"),
+  EXPECT_NE(read->warnings[0].find("3 files (the first is datalad.dcm) point to content that has not been downloaded"),
             std::string::npos)
       << read->warnings[0];
   EXPECT_EQ(read->warnings[1], "stub.dcm holds only the start of a DICOM file; ignored");

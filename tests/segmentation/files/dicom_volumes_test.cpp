@@ -252,7 +252,7 @@ TEST(DicomVolumes, ReportsFieldsThatContradictThePositions) {
     return said_of(slice);
   };
   EXPECT_NE(with(&TestSlice::spacing_between, "4")
-                .find("the slices' positions give a spacing of 2 mm, which was used; SpacingBetweenSlices "
+                .find("the slices' positions give a spacing of 2 mm, which was used, but SpacingBetweenSlices "
                       "gives 4 mm"),
             std::string::npos);
   EXPECT_NE(said_of({}, 5).find("SliceLocation gives 5 mm"), std::string::npos);
