@@ -133,7 +133,7 @@ bool run(const Reader& reader, const Options& options) {
   for (std::uint64_t n = 0; n < seeds.size(); ++n) {
     const Trials one = run_trials(reader, as_it_is, n, n + 1, 1e8, limits, folder);
     if (one.refused > 0 && !seeds[n].may_be_refused)
-      failures.push_back({n, "the seed " + seeds[n].name + " is refused"});
+      failures.push_back({n, "the seed " + seeds[n].name + " is refused: " + one.last_refusal});
   }
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   fmt::print(

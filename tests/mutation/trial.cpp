@@ -30,6 +30,7 @@ struct Board {
   std::atomic<std::uint64_t> number;           // the case that is being read
   std::atomic<std::int64_t> clock, processor;  // ns, when its reading began
   std::atomic<std::uint64_t> runs, refused;
+  std::array<char, 300> refusal;  // the last one's words
 };
 
 std::int64_t nanoseconds(clockid_t clock) {
@@ -96,7 +97,10 @@ void tell(int pipe, std::uint64_t number, const std::string& what) {
     std::string fault = fault_in_reading(reader, folder / test.files.front().name, refused, said);
     if (const std::string text = printed(output); fault.empty() && !text.empty() && !reader.may_print)
       fault = "it printed: " + text;
-    if (refused) ++board.refused;
+    if (refused) {
+      ++board.refused;
+      std::snprintf(board.refusal.data(), board.refusal.size(), "%s", said.c_str());
+    }
     ++board.runs;
     if (!fault.empty()) tell(pipe, number, fault);
   }
@@ -191,6 +195,7 @@ Trials run_trials(const Reader& reader, const std::function<TestCase(std::uint64
   }
   trials.runs = board->runs;
   trials.refused = board->refused;
+  trials.last_refusal = board->refusal.data();
   return trials;
 }
 

@@ -23,6 +23,7 @@ struct Failure {
 
 struct Trials {
   std::uint64_t runs = 0, refused = 0;
+  std::string last_refusal;  ///< the reader's words
   std::vector<Failure> failures;
 };
 

@@ -497,10 +497,10 @@ TEST_F(RunVerb, WrongSettingsAreNamedWithTheirLine) {
         {"[run]\nsubject = 7\n", ":2: run.subject is 7, expected a text in quotes"},
         {"[run]\nallow-untrusted = 'yes'\n", ":2: run.allow-untrusted is 'yes', expected true or false"},
         {"[run]\ntuck = 2\n", ":2: run.tuck: is 2, expected a number from 0 to 1"},
-        {"[run]\nsex = 'neither'\n", ":2: run.sex: neither not in"},
+        {"[run]\nsex = 'neither'\n", ":2: run.sex: is 'neither', expected one of male, female"},
         {"[run]\ntuck = [0.5]\n", ":2: run.tuck is a list"},
         {"[run.leap]\ntuck = 1\n", ":1: unknown setting run.leap"},
-        {"[walk]\ntuck = 1\n", ":1: unknown verb walk"},
+        {"[walk]\ntuck = 1\n", ":1: unknown verb 'walk'"},
         {"colour = 1\n", ":1: unknown setting colour"},
         {"threads = 1.5\n", ":1: threads is 1.5, expected a whole number"},
         {"[phantom]\nspacing = [2.0, 'x', 3.0]\n", ":2: phantom.spacing is 'x', expected a number"},
@@ -533,7 +533,7 @@ TEST_F(RunVerb, RefusesBadUseBeforeAnyWork) {
   expect_refused(keep + "coordinate:spine", 2, "no moving coordinate of that name");
   expect_refused(keep + "solid:head:1,2", 2, "its point must be three numbers");
   expect_refused("run " + path("scan.mhd") +
-                     " --quantity hu --segments trunk,leg_left --tolerance 5% --keep solid:head -o " +
+                     " --quantity hu --segments trunk,leg_left --model-tolerance 5% --keep solid:head -o " +
                      path("out"),
                  2, "quantity 'solid:head': the scene has no solid of that name");
   EXPECT_FALSE(fs::exists(folder / "out"));
