@@ -273,9 +273,9 @@ TEST(Simulate, ResumedRunRemovesPartialCheckpoints) {
 TEST(Simulate, StoppedRunResumesBitForBit) {
   const TestFolder folder;
   const auto command = [&](const std::string& output, const std::string& more) {
-    // 2e5 steps take some seconds
+    // 6e5 steps take seconds, also before the signal comes on a busy machine
     return "simulate " + samples +
-           "pendulum_7.toml --method rk4 --end 20 --step 1e-4 --output-interval 0.1 -o " +
+           "pendulum_7.toml --method rk4 --end 60 --step 1e-4 --output-interval 0.1 -o " +
            (folder / output).string() + more;
   };
   const std::string kept = folder / "run.checkpoint";

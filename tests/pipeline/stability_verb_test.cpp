@@ -145,7 +145,7 @@ TEST(StabilityVerb, SingleSceneHasADrawingOfItsMethods) {
 TEST(StabilityVerb, DrawsLongRuns) {
   const TestFolder folder;
   const ProgramRun run = run_program("stability " + samples +
-                                     "pendulum.toml --long 2000 --step 0.01 --methods "
+                                     "pendulum.toml --long 2000 --steps 0.01 --methods "
                                      "rk4,verlet,euler --json -o " +
                                      folder.path().string());
   ASSERT_EQ(run.code, 0) << run.err;
@@ -168,7 +168,7 @@ TEST(StabilityVerb, RefusesBadUseInOneSentence) {
   refused("--vary 'solid[cub].shape.mass=1:2'", "the nearest are solid[cube].shape.mass,");
   refused("--vary 'solid[cube].shape.mass'", "expected PATH=LOW:HIGH");
   refused("--vary 'solid[cube].shape.mass=2:1'", "--vary: is '2:1'; expected LOW:HIGH");
-  refused("--step=-1,1", "a step or tolerance is -1");
+  refused("--steps=-1,1", "a step or tolerance is -1");
   refused("--long 100 --steps 1:2", "long runs need one positive number");
   refused("--most-steps 100", "runs are limited to 200 to 100 steps");
   refused(samples + "pendulum.toml --vary gravity[2]=1:2", "applies to a single scene");
