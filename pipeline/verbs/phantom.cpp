@@ -106,7 +106,8 @@ Result<std::pair<fs::path, std::string>> split(const std::string& path) {
   const NamedFormat named = format_of(path, &VolumeFormat::written);
   if (!named.format)
     return bad_use(path, "names no volume; end it in " + endings_in_words(&VolumeFormat::written));
-  return std::pair{fs::path(path.substr(0, path.size() - named.ending.size())), std::string(named.ending)};
+  return std::pair{fs::path(path.substr(0, path.size() - named.ending.size())),
+                   path.substr(path.size() - named.ending.size())};
 }
 
 InertiaTable exact_table(const Phantom& phantom, const PhantomAsked& asked) {

@@ -2,6 +2,7 @@
 // scene.
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -245,6 +246,7 @@ Result<nlohmann::json> work_on_map(const StabilityOptions& o, const Command& com
     settings.constraints =
         *o.constraints == "baumgarte" ? ConstraintTreatment::baumgarte : ConstraintTreatment::projection;
   settings.lengths = o.lengths;
+  settings.lengths.least = std::min(settings.lengths.least, settings.lengths.most);
   for (const auto& [text, what, ladder] : {std::tuple(&o.steps, "--steps", &settings.steps),
                                            std::tuple(&o.tolerances, "--tolerances", &settings.tolerances)}) {
     if (text->empty()) continue;

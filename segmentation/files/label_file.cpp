@@ -170,7 +170,7 @@ std::vector<std::uint8_t> relabel(const StoredVoxels& voxels, const ImageHeader&
 std::string names_file(const std::string& path) {
   const std::filesystem::path whole(path);
   std::filesystem::path stem = whole.filename();
-  if (stem.extension() == ".gz") stem = stem.stem();
+  if (lower_case(stem.extension().string()) == ".gz") stem = stem.stem();
   return (whole.parent_path() / stem.stem()).string() + ".tsv";
 }
 

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cctype>
 #include <cstring>
 #include <filesystem>
 #include <optional>
@@ -350,10 +351,12 @@ Result<ImageHeader> read_nifti_header(const std::string& path) {
 
 std::string half_of_nifti_pair(const std::string& path, const std::string& ending) {
   std::filesystem::path stem(path);
-  if (stem.extension() == ".gz") stem.replace_extension();
+  if (lower_case(stem.extension().string()) == ".gz") stem.replace_extension();
+  std::string capitals = ending;
+  for (char& c : capitals) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
   std::error_code ignored;
-  for (const char* packed : {"", ".gz"})
-    if (auto file = stem; std::filesystem::exists(file.replace_extension(ending + packed), ignored))
+  for (const std::string& other : {ending, ending + ".gz", capitals, capitals + ".GZ"})
+    if (auto file = stem; std::filesystem::exists(file.replace_extension(other), ignored))
       return file.string();
   return "";
 }

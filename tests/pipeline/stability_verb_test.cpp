@@ -170,7 +170,6 @@ TEST(StabilityVerb, RefusesBadUseInOneSentence) {
   refused("--vary 'solid[cube].shape.mass=2:1'", "--vary: is '2:1'; expected LOW:HIGH");
   refused("--steps=-1,1", "a step or tolerance is -1");
   refused("--long 100 --steps 1:2", "long runs need one positive number");
-  refused("--most-steps 100", "runs are limited to 200 to 100 steps");
   refused(samples + "pendulum.toml --vary gravity[2]=1:2", "applies to a single scene");
 }
 
