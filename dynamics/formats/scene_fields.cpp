@@ -148,10 +148,10 @@ std::vector<Range> read_ranges(const TomlTable& table, const toml::node& node, d
   const toml::array& pairs = table.list(node, "range");
   if (pairs.size() != 3)
     table.refuse(node, fmt::format("range is a list of {}, expected three ranges [[lower, upper], ...], one "
-                                   "per component of the ball's rotation vector",
+                                   "per component of the rotation vector",
                                    pairs.size()));
   std::vector<Range> out;
-  for (const toml::node& pair : pairs) out.push_back(one(pair, "a range of the ball"));
+  for (const toml::node& pair : pairs) out.push_back(one(pair, "one of its ranges"));
   return out;
 }
 

@@ -106,7 +106,8 @@ Motion read_motion(TomlTable& table, bool is_ball) {
   if (coupled && (locked || driven))
     table.refuse(*coupled, "is coupled, and locked or driven, expected one of them");
   if (coupled) {
-    if (is_ball) table.refuse(*coupled, "is a ball, which cannot be coupled");
+    if (is_ball)
+      table.refuse(*coupled, "has three velocities and cannot be coupled; expected a switch with one");
     TomlTable inner = table.table(*coupled, fmt::format("{}, coupled", table.what()));
     Coupled out{inner.name(inner.require("to"), "to"), {}};
     out.function = read_time_function(inner, inner.require("function"), "function");
@@ -119,7 +120,7 @@ Motion read_motion(TomlTable& table, bool is_ball) {
   const toml::array& parts = table.list(*driven, "driven");
   if (parts.size() != 3)
     table.refuse(*driven, fmt::format("driven is a list of {}, expected three functions of time, one per "
-                                      "component of the ball's rotation vector",
+                                      "component of its rotation vector",
                                       parts.size()));
   Driven out;
   for (const toml::node& part : parts) out.functions.push_back(read_time_function(table, part, "driven"));

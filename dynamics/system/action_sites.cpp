@@ -55,8 +55,8 @@ struct ActionSites::FieldVisitor {
       result = bad_use(where, fmt::format("its '{}' {}", field, known.error().what));
     else if ((*known)->nq != 1 && !may_be_ball)
       result =
-          bad_use(where, fmt::format("its '{}' is on '{}', a ball; expected a translation's or rotation's "
-                                     "coordinate",
+          bad_use(where, fmt::format("its '{}' is on '{}', which has three velocities; expected a coordinate "
+                                     "with one",
                                      field, name));
     else
       sites.system_.coordinate_sites.push_back(sites.site_of(**known));

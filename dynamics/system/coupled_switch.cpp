@@ -101,7 +101,7 @@ class Couplings {
 
   Result<void> check_scalar(const std::string& name, const Switch& one) const {
     if (std::visit([](const auto& kind) { return kind.nq; }, one.kind) == 1) return {};
-    return bad_use(where(name), "is a ball, which cannot be coupled; expected a switch with one coordinate");
+    return bad_use(where(name), "has three velocities and cannot be coupled; expected a switch with one");
   }
 
   /// The start of a coordinate that is not coupled, or whose start is known.

@@ -145,15 +145,22 @@ tl::unexpected<Error> named(Error error, const fs::path& beside, const fs::path&
   return tl::unexpected(std::move(error));
 }
 
+// The path itself if it exists, else the nearest of its parents that does.
+fs::path nearest_above(const fs::path& path) {
+  std::error_code problem;
+  fs::path there = path;
+  while (!fs::exists(there, problem) && there != folder_of(there)) there = folder_of(there);
+  return there;
+}
+
 // Creates a folder and its missing parents. Removes those it created, if they are empty, unless kept.
 class NewFolders {
  public:
   explicit NewFolders(const fs::path& folder) {
     std::error_code problem;
+    const fs::path there = nearest_above(folder);
     std::vector<fs::path> missing;
-    fs::path there = folder;
-    for (; !fs::exists(there, problem) && there != folder_of(there); there = folder_of(there))
-      missing.push_back(there);
+    for (fs::path one = folder; one != there; one = folder_of(one)) missing.push_back(one);
     if (!fs::is_directory(there, problem)) problem_ = there.string() + " is not a folder";
     for (auto next = missing.rbegin(); next != missing.rend() && problem_.empty(); ++next) {
       if (fs::create_directory(*next, problem)) made_.push_back(*next);
@@ -175,13 +182,16 @@ class NewFolders {
   std::string problem_;
 };
 
-// what prevents a file of that name in `folder`; "" if nothing does
+// What prevents a file of that name in `folder`; "" if nothing does. If the folder is missing, the file is
+// tried in the nearest one above it: a folder created for the trial could be removed while another program
+// uses it.
 std::string obstacle(const fs::path& folder, const std::string& name) {
-  const NewFolders folders(folder);
-  if (!folders.problem().empty()) return folders.problem();
-  const fs::path probe = folder / partial_name(name);
+  const fs::path there = nearest_above(folder);
+  std::error_code problem;
+  if (!fs::is_directory(there, problem)) return there.string() + " is not a folder";
+  const fs::path probe = there / partial_name(name);
   const int file = open(probe.c_str(), O_CREAT | O_WRONLY | O_CLOEXEC, 0600);
-  if (file < 0) return "the folder " + folder.string() + ": " + std::strerror(errno);
+  if (file < 0) return "the folder " + there.string() + ": " + std::strerror(errno);
   close(file), unlink(probe.c_str());
   return "";
 }

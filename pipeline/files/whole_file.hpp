@@ -34,9 +34,9 @@ Result<void> write_bytes(const std::filesystem::path& path, std::string_view byt
 Result<void> check_writable(const std::filesystem::path& path,
                             const std::vector<std::filesystem::path>& inputs = {});
 
-/// Checks whether a file can be created in `folder`, by creating one and any missing folders, and removing
-/// them again: only the system knows all obstacles (permissions, a file in the way, a full or read-only
-/// disk). Then checks that none of `names` is a folder in it.
+/// Checks whether a file can be created in `folder`, or in the nearest folder above it if it is missing, by
+/// creating one and removing it: only the system knows all obstacles (permissions, a file in the way, a full
+/// or read-only disk). Then checks that none of `names` is a folder in it.
 Result<void> check_folder_writable(const std::filesystem::path& folder,
                                    const std::vector<std::string>& names = {});
 

@@ -168,6 +168,7 @@ Result<nlohmann::json> work(const ChartOptions& o, const Command& command) {
   };
   observer.round_ends = [&](const WorkPrecision& coarse) {
     if (written) written = write_work_precision(coarse, folder, command.warnings());
+    if (!written) return;  // told when the runs are over
     bar.end(fmt::format("{} runs in {}; finer ones follow", coarse.points.size(),
                         (folder / "chart.html").string()));
     bar.begin("chart");

@@ -292,7 +292,7 @@ TEST(EffortKinds, AreRefusedWithTheirLine) {
   EXPECT_EQ(complaint("kind = 'drag'\nat = 'arm'\nlinear = -1\n"),
             here + "its coefficients linear and quadratic must not be negative");
   EXPECT_NE(
-      complaint("kind = 'coordinate_spring'\non = 'shoulder'\n").find("a ball; expected a translation's"),
+      complaint("kind = 'coordinate_spring'\non = 'shoulder'\n").find("which has three velocities"),
       std::string::npos);
   EXPECT_NE(complaint("kind = 'own'\n").find("there is no kind named \"own\""), std::string::npos);
 }

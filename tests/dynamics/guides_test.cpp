@@ -202,7 +202,8 @@ TEST(Coupled, InvalidCouplingsAreRefused) {
   EXPECT_EQ(complaint(one("\"p\", function = [0, 2]")),
             "s.toml:1: solid 'a', coordinate 'p': is coupled to 'p', which is coupled back to it");
   EXPECT_EQ(complaint("{ball = true, name = \"p\", coupled = {to = \"q\", function = 1}}"),
-            "s.toml:3: solid 'a', switch 2 of its joint: is a ball, which cannot be coupled");
+            "s.toml:3: solid 'a', switch 2 of its joint: has three velocities and cannot be coupled; "
+            "expected a switch with one");
   EXPECT_EQ(complaint("{translation = \"y\", name = \"p\", value = 1, coupled = {to = \"q\", function = 1}}"),
             "s.toml:3: solid 'a', switch 2 of its joint: has a value, but a coupled coordinate takes the "
             "value of its function");

@@ -550,7 +550,7 @@ INSTANTIATE_TEST_SUITE_P(
         Refused{"one_range_of_a_ball", "[[solid]]\nname='a'\njoint={ball=true, range=[0,1]}\n", 3,
                 "expected three ranges"},
         Refused{"numbers_for_a_balls_ranges", "[[solid]]\nname='a'\njoint={ball=true, range=[0,1,2]}\n", 3,
-                "a range of the ball is the number 0"},
+                "one of its ranges is the number 0"},
         Refused{"ball_range_upside_down",
                 "[[solid]]\nname='a'\njoint=[{fixed=[0,0,0]},\n{ball=true, range=[[0,1],[1,0],[0,1]]}]\n", 4,
                 "range about its y axis runs from 1 to 0"},

@@ -6,12 +6,14 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <thread>
+#include <vector>
 
 namespace borelli {
 namespace {
@@ -62,6 +64,22 @@ TEST_F(WholeFile, FailedWriteRemovesTheFoldersItCreated) {
     return failure("here", "stopped half way");
   }));
   EXPECT_TRUE(fs::exists(folder / "new" / "another"));
+}
+
+// As programs do that start together: each checks the folder first, then writes its own file.
+TEST_F(WholeFile, WritersThatStartTogetherShareANewFolder) {
+  for (int round = 0; round < 100; ++round) {
+    fs::remove_all(folder);
+    std::atomic<int> written = 0;
+    std::vector<std::thread> writers;
+    for (int n = 0; n < 8; ++n)
+      writers.emplace_back([&, n] {
+        const fs::path path = folder / "new" / "deep" / std::to_string(n);
+        if (check_writable(path) && write_whole(path, "x")) ++written;
+      });
+    for (std::thread& writer : writers) writer.join();
+    ASSERT_EQ(written, 8) << "round " << round;
+  }
 }
 
 TEST_F(WholeFile, FullDiskIsNamed) {
