@@ -41,7 +41,7 @@ class Draw {
   std::normal_distribution<double> normal_;
 };
 
-/// An entry's deviation, in two parts: by the density curve, which all parts share, and by all other causes.
+/// An entry's deviation by two causes: the density curve, which errs alike for all parts, and all others.
 struct PartedDeviation {
   double shared = 0, own = 0;
 };

@@ -19,7 +19,7 @@
 #include <string_view>
 #include <vector>
 
-#include "segmentation/files/image_file.hpp"
+#include "segmentation/files/value_range.hpp"
 
 namespace borelli {
 
@@ -37,21 +37,6 @@ std::string_view quantity_words(FileQuantity quantity);
 Result<FileQuantity> parse_quantity(std::string_view name);
 
 Quantity held_as(FileQuantity quantity);  ///< density_gcm3 is stored as density_kgm3
-
-/// Range and kinds of a volume's values, after slope and intercept.
-struct ValueRange {
-  double least = 0, greatest = 0;  ///< of the finite values; 0 if there are none
-  std::size_t count = 0;
-  std::size_t not_finite = 0;  ///< NaN or infinite
-  std::size_t fractional = 0;  ///< finite and not a whole number
-  std::size_t at_least = 0;    ///< equal to the least
-
-  ValueRange& operator+=(const ValueRange& other);  ///< joins the ranges of two sets of voxels
-};
-ValueRange value_range(const StoredVoxels& voxels, double slope, double intercept);
-/// The same for voxels [first, last), on the calling thread; the others need not be loaded yet.
-ValueRange value_range(const StoredVoxels& voxels, double slope, double intercept, std::size_t first,
-                       std::size_t last);
 
 struct QuantityReading {
   FileQuantity quantity = FileQuantity::hu;

@@ -38,8 +38,10 @@ Result<ScannedVolume> read_file(const std::string& path, const ReadOptions& opti
   auto header = read_image_header(path);
   if (!header) return tl::unexpected(header.error());
   if (header->layers > 1)
-    return bad_use(path, "is a segmentation with " + std::to_string(header->layers) +
-                             " layers; give it with --labels, and its scan as the volume");
+    return bad_use(
+        path,
+        "is a segmentation with " + std::to_string(header->layers) +
+            " layers; give its scan as the volume (run, segment and inertia take this file with --labels)");
   ValueRange range;
   std::mutex mutex;
   auto voxels = load_voxels(

@@ -32,7 +32,7 @@ Result<void> check_values(const GreyVolume& volume) {
     return failure("segmentation",
                    volume.quantity == Quantity::labels
                        ? "this volume is a label map, and parts are found in CT numbers or densities; give "
-                         "its scan as the volume, and this file with --labels"
+                         "its scan as the volume (run, segment and inertia take this file with --labels)"
                        : "this volume contains magnetic resonance signal, and parts are found in CT numbers "
                          "or densities; give a label map of its parts with --labels, or state what it holds "
                          "(--quantity hu or density_kgm3)");

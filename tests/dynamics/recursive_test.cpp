@@ -94,7 +94,7 @@ void compare(const System& system, const Parameters& p, const State& state, cons
     EXPECT_NEAR(w.recursive.power.total(), w.lagrange.power.total(),
                 bound * (1 + std::abs(w.lagrange.power.total())))
         << which;
-    // the equations' residual relative to its largest term, for any condition of A
+    // the equations hold to rounding of their largest term, however badly conditioned A is
     const Eigen::VectorXd residual = A.topLeftCorner(n, n) * w.recursive.a + l.B.head(n) - l.Q.head(n) -
                                      w.lagrange.rows.L.leftCols(n).transpose() * w.recursive.multipliers;
     const double part =
@@ -103,7 +103,7 @@ void compare(const System& system, const Parameters& p, const State& state, cons
         (system.rows ? w.lagrange.rows.L.cwiseAbs().maxCoeff() * w.recursive.multipliers.cwiseAbs().maxCoeff()
                      : 0);
     EXPECT_LT(residual.cwiseAbs().maxCoeff(), 1e-12 * part) << which;
-    if (system.driven_nv > 0) {  // sums of such terms, which may nearly cancel
+    if (system.driven_nv > 0) {  // these are sums of such terms, which may nearly cancel
       EXPECT_LT((w.recursive.drive_efforts - w.lagrange.drive_efforts).cwiseAbs().maxCoeff(), bound * part)
           << which;
     }

@@ -307,7 +307,7 @@ TEST(Simulate, KeepsItsCheckpointUntilTheResultIsWritten) {
   const std::string whole = text_of(folder / "a.csv");
   std::filesystem::remove(folder / "a.csv");
   const std::string kept = folder / "run.checkpoint", command = plain + " --checkpoint " + kept;
-  // the limit is below the CSV file's length; the checkpoint holds numbers without reactions and is shorter
+  // the limit on file sizes lets the checkpoint pass, which has no reactions, but not the longer CSV file
   const std::string limit = "ulimit -f " + std::to_string(whole.size() / 512 - 1) + ";";
   const ProgramRun full = run_program(command + " --checkpoint-every 0.02", limit);
   EXPECT_EQ(full.code, 1);
