@@ -291,9 +291,8 @@ TEST(EffortKinds, AreRefusedWithTheirLine) {
             here + "its gains kp and kd must not be negative");
   EXPECT_EQ(complaint("kind = 'drag'\nat = 'arm'\nlinear = -1\n"),
             here + "its coefficients linear and quadratic must not be negative");
-  EXPECT_NE(
-      complaint("kind = 'coordinate_spring'\non = 'shoulder'\n").find("which has three velocities"),
-      std::string::npos);
+  EXPECT_NE(complaint("kind = 'coordinate_spring'\non = 'shoulder'\n").find("which has three velocities"),
+            std::string::npos);
   EXPECT_NE(complaint("kind = 'own'\n").find("there is no kind named \"own\""), std::string::npos);
 }
 
