@@ -43,8 +43,8 @@ void scale_joint(Solid& solid, double parent, double own) {
   }
 }
 
-void scale_masses(Solid& solid, double s, const MassScaling& masses) {
-  const double mass = masses.factor * (masses.rule == MassScaling::Rule::kept ? 1 : s * s * s);
+void scale_masses(Solid& solid, double s, double mass_factor) {
+  const double mass = mass_factor * s * s * s;
   for (Inertial& inertial : solid.inertials) {
     inertial.mass *= mass;
     inertial.centre *= s;
@@ -86,7 +86,7 @@ void scale_points(std::vector<Listed>& all, const PointScaling& scaling) {
 
 }  // namespace
 
-ScaledScene scaled(const Scene& scene, const std::vector<double>& factors, const MassScaling& masses) {
+ScaledScene scaled(const Scene& scene, const std::vector<double>& factors, double mass_factor) {
   ScaledScene out{scene, {}};
   std::map<std::string, double> by_name;
   for (std::size_t i = 0; i < scene.solids.size(); ++i) by_name[scene.solids[i].name] = factors[i];
@@ -94,7 +94,7 @@ ScaledScene scaled(const Scene& scene, const std::vector<double>& factors, const
   for (std::size_t i = 0; i < scene.solids.size(); ++i) {
     Solid& solid = out.scene.solids[i];
     scale_joint(solid, scaling.of(solid.parent), factors[i]);
-    scale_masses(solid, factors[i], masses);
+    scale_masses(solid, factors[i], mass_factor);
   }
   for (Marker& marker : out.scene.markers) marker.at.point *= scaling.of(marker.at.solid);
   scale_points(out.scene.efforts, scaling);

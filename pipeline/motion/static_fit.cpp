@@ -159,14 +159,10 @@ Result<StaticFit> fit_static(const Scene& scene, const MarkerMotion& trial, cons
         "scale factors differ from their mean, {:.2f}, by more than 15 %: {}; the model's proportions or "
         "markers may not fit this person: check the marker errors, or leave out --per-segment",
         mean_factor, name_list(odd)));
-  MassScaling masses{.rule = MassScaling::Rule::by_volume, .factor = 1};
-  auto whole = scaled(scene, out.factors, masses);
+  auto whole = scaled(scene, out.factors);
   auto mass = total_mass(whole.scene);
   if (!mass) return tl::unexpected(mass.error());
-  if (request.mass) {
-    masses.factor = *request.mass / *mass;
-    whole = scaled(scene, out.factors, masses);
-  }
+  if (request.mass) whole = scaled(scene, out.factors, *request.mass / *mass);
   out.mass = request.mass.value_or(*mass);
   out.warnings.insert(out.warnings.end(), whole.warnings.begin(), whole.warnings.end());
   out.scene = std::move(whole.scene);

@@ -69,7 +69,7 @@ class StairsCase {
     // knees are balls, so that their moments have three components; the person's mass
     constexpr double person = 85;  // kg, PROCESSING:Bodymass
     const std::vector<double> same(placed.solids.size(), 1);
-    scene_ = scaled(placed, same, {MassScaling::Rule::kept, person / total_mass(placed).value()}).scene;
+    scene_ = scaled(placed, same, person / total_mass(placed).value()).scene;
     const System hinged = taken(compile(scene_));
     make_balls();
     positions_ = {fit.times, as_balls(hinged, fit.q)};

@@ -57,10 +57,9 @@ TEST(ScaledScene, OneFactorScalesPlacesMassesAndTensors) {
     EXPECT_NEAR(b[c.v_index], c.angle ? a[c.v_index] / s : a[c.v_index], 1e-9) << c.name;
 }
 
-TEST(ScaledScene, MassesMayStay) {
+TEST(ScaledScene, MassFactorMayUndoTheCube) {
   const Scene scene = gait();
-  const Scene larger =
-      scaled(scene, std::vector<double>(scene.solids.size(), 1.2), {MassScaling::Rule::kept, 1}).scene;
+  const Scene larger = scaled(scene, std::vector<double>(scene.solids.size(), 1.2), std::pow(1.2, -3)).scene;
   EXPECT_NEAR(need(total_mass(larger)), need(total_mass(scene)), 1e-12);
   EXPECT_NEAR(larger.solids[0].inertials[0].tensor(0, 0), 1.44 * scene.solids[0].inertials[0].tensor(0, 0),
               1e-12);
