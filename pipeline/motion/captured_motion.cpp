@@ -257,7 +257,7 @@ Result<CapturedMotion> captured_angles(const BodyModel& body, const Landmarks& l
   out.fit.times = out.positions.times;
   out.fit.q = out.positions.q;
   const std::vector<double> factors(body.scene.solids.size(), size);
-  out.scene = size == 1 ? body.scene : scaled(body.scene, factors, {}).scene;
+  out.scene = size == 1 ? body.scene : scaled(body.scene, factors).scene;
   out.trial.up = out.markers.up = Vector3d::UnitZ();
   const auto forces = turned_forces(recording.forces, recording.up.value_or(up_of_forces(recording.forces)));
   return with_efforts(std::move(out), body, factors, forces, request);

@@ -146,7 +146,7 @@ TEST(CapturedMotion, OtherPersonsAnglesFitTheBodysSize) {
   std::vector<double> factors;
   for (const Solid& solid : s.marked.solids)
     factors.push_back(solid.name.starts_with("thigh") || solid.name.starts_with("shank") ? 1.08 : 1.04);
-  const Scene person = scaled(s.marked, factors, {}).scene;
+  const Scene person = scaled(s.marked, factors).scene;
   const System system = need(compile(person));
   const RecordedPositions truth = bending(system, squat);
   CapturedRecording recording;
