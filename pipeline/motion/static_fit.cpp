@@ -58,7 +58,7 @@ class FactorSolve {
 
  private:
   Result<Matrix3Xd> places(const VectorXd& factors, const VectorXd& q) const {
-    return marker_places(scaled(scene_, {factors.begin(), factors.end()}, {}).scene, markers_, q);
+    return marker_places(scaled(scene_, {factors.begin(), factors.end()}).scene, markers_, q);
   }
 
   const Scene& scene_;
@@ -136,7 +136,7 @@ Result<StaticFit> fit_static(const Scene& scene, const MarkerMotion& trial, cons
       change = std::max(change, std::abs(s - out.factors[b]));
       out.factors[b] = s;
     }
-    out.scene = scaled(scene, out.factors, {}).scene;
+    out.scene = scaled(scene, out.factors).scene;
     const auto system = compile(out.scene);
     if (!system) return tl::unexpected(system.error());
     if (request.rest_weights.size() == 0)

@@ -40,7 +40,7 @@ MarkerMotion trial_of(const Scene& scene, const std::vector<double>& q) {
 TEST(ScaledScene, OneFactorScalesPlacesMassesAndTensors) {
   const Scene scene = gait();
   const double s = 1.1;
-  const Scene larger = scaled(scene, std::vector<double>(scene.solids.size(), s), {}).scene;
+  const Scene larger = scaled(scene, std::vector<double>(scene.solids.size(), s)).scene;
   EXPECT_NEAR(need(total_mass(larger)), s * s * s * need(total_mass(scene)), 1e-9);
   // distances between markers grow by s
   const Matrix3Xd before = trial_of(scene, {0}).frames[0], after = trial_of(larger, {0}).frames[0];
@@ -68,7 +68,7 @@ TEST(ScaledScene, MassFactorMayUndoTheCube) {
 TEST(StaticFit, FindsOneFactorOfTheWholeBody) {
   const Scene scene = gait();
   const MarkerMotion trial =
-      trial_of(scaled(scene, std::vector<double>(scene.solids.size(), 0.93), {}).scene, {0.1, 0.2, 0.05});
+      trial_of(scaled(scene, std::vector<double>(scene.solids.size(), 0.93)).scene, {0.1, 0.2, 0.05});
   StaticFitRequest request;
   request.per_segment = false;
   const StaticFit fit = need(fit_static(scene, trial, request));
@@ -84,7 +84,7 @@ TEST(StaticFit, FindsTheFactorsOfSegments) {
     factors.push_back(solid.name.starts_with("tibia") ? 1.06 : solid.name.starts_with("femur") ? 0.97 : 1.0);
   StaticFitRequest request;
   request.per_segment = true;
-  const StaticFit fit = need(fit_static(scene, trial_of(scaled(scene, factors, {}).scene, {0.1}), request));
+  const StaticFit fit = need(fit_static(scene, trial_of(scaled(scene, factors).scene, {0.1}), request));
   for (std::size_t i = 0; i < factors.size(); ++i)
     if (scene.solids[i].name.starts_with("tibia") || scene.solids[i].name.starts_with("femur")) {
       // the prior of 10 % moves a factor by a few thousandths if markers hardly determine it
