@@ -145,12 +145,25 @@ tl::unexpected<Error> named(Error error, const fs::path& beside, const fs::path&
   return tl::unexpected(std::move(error));
 }
 
-// The path itself if it exists, else the nearest of its parents that does.
-fs::path nearest_above(const fs::path& path) {
+// The path itself if it exists, else the nearest of its parents that does; and what is missing below it,
+// the deepest first.
+struct Place {
+  fs::path there;
+  std::vector<fs::path> missing;
+};
+
+Place place_of(const fs::path& path) {
   std::error_code problem;
-  fs::path there = path;
-  while (!fs::exists(there, problem) && there != folder_of(there)) there = folder_of(there);
-  return there;
+  Place place{path, {}};
+  while (!fs::exists(place.there, problem) && place.there != folder_of(place.there)) {
+    place.missing.push_back(place.there);
+    place.there = folder_of(place.there);
+  }
+  return place;
+}
+
+std::string not_created(const fs::path& folder, const std::string& why) {
+  return "the folder " + folder.string() + " cannot be created: " + why;
 }
 
 // Creates a folder and its missing parents. Removes those it created, if they are empty, unless kept.
@@ -158,13 +171,11 @@ class NewFolders {
  public:
   explicit NewFolders(const fs::path& folder) {
     std::error_code problem;
-    const fs::path there = nearest_above(folder);
-    std::vector<fs::path> missing;
-    for (fs::path one = folder; one != there; one = folder_of(one)) missing.push_back(one);
+    const auto [there, missing] = place_of(folder);
     if (!fs::is_directory(there, problem)) problem_ = there.string() + " is not a folder";
     for (auto next = missing.rbegin(); next != missing.rend() && problem_.empty(); ++next) {
       if (fs::create_directory(*next, problem)) made_.push_back(*next);
-      if (problem) problem_ = "the folder " + next->string() + " cannot be created: " + problem.message();
+      if (problem) problem_ = not_created(*next, problem.message());
     }
   }
   ~NewFolders() {
@@ -186,12 +197,17 @@ class NewFolders {
 // tried in the nearest one above it: a folder created for the trial could be removed while another program
 // uses it.
 std::string obstacle(const fs::path& folder, const std::string& name) {
-  const fs::path there = nearest_above(folder);
+  const auto [there, missing] = place_of(folder);
   std::error_code problem;
   if (!fs::is_directory(there, problem)) return there.string() + " is not a folder";
+  if (!missing.empty() && fs::is_symlink(missing.back(), problem))
+    return not_created(missing.back(), "it is a link to a place that does not exist");
   const fs::path probe = there / partial_name(name);
   const int file = open(probe.c_str(), O_CREAT | O_WRONLY | O_CLOEXEC, 0600);
-  if (file < 0) return "the folder " + there.string() + ": " + std::strerror(errno);
+  if (file < 0) {
+    const std::string why = std::strerror(errno);
+    return missing.empty() ? "the folder " + there.string() + ": " + why : not_created(missing.back(), why);
+  }
   close(file), unlink(probe.c_str());
   return "";
 }
@@ -301,11 +317,17 @@ Result<void> write_whole_set(const fs::path& folder, const std::vector<std::stri
 void sweep_partial_files(const fs::path& path) { sweep_folder(folder_of(path), path.filename().string()); }
 
 void sweep_partial_files_below(const fs::path& folder) {
-  sweep_folder(folder, "");
-  std::error_code problem;
-  for (fs::recursive_directory_iterator entry(folder, problem), end; !problem && entry != end;
-       entry.increment(problem))
-    if (entry->is_directory(problem)) sweep_folder(entry->path(), "");
+  // each folder with an iterator of its own: another program may remove one meanwhile, and that must not end
+  // the sweep of the others
+  std::vector<fs::path> left{folder};
+  while (!left.empty()) {
+    const fs::path one = std::move(left.back());
+    left.pop_back();
+    sweep_folder(one, "");
+    std::error_code problem, vanished;
+    for (fs::directory_iterator entry(one, problem), end; !problem && entry != end; entry.increment(problem))
+      if (!entry->is_symlink(vanished) && entry->is_directory(vanished)) left.push_back(entry->path());
+  }
 }
 
 Result<void> write_whole(const fs::path& path, std::string_view bytes) {

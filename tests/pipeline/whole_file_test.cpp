@@ -21,9 +21,10 @@ namespace {
 namespace fs = std::filesystem;
 
 struct WholeFile : testing::Test {
-  fs::path folder = fs::path(testing::TempDir()) / ("whole_file_test_" + std::to_string(::getpid()));
-  void SetUp() override { fs::remove_all(folder); }
-  void TearDown() override { fs::remove_all(folder); }
+  fs::path above = fs::path(testing::TempDir()) / ("whole_file_test_" + std::to_string(::getpid()));
+  fs::path folder = above / "folder";
+  void SetUp() override { fs::remove_all(above), fs::create_directories(above); }
+  void TearDown() override { fs::remove_all(above); }
   std::size_t files() const {
     if (!fs::exists(folder)) return 0;
     return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder), {}));
@@ -156,14 +157,14 @@ TEST_F(WholeFile, SweepsPartialFilesOfDeadWritersOnly) {
     const pid_t writer = writer_of(of_a_set);
     wait_for(1);
     ASSERT_TRUE(write_whole(folder / "a.txt", "whole"));
-    sweep_partial_files_below(folder.parent_path());
+    sweep_partial_files_below(above);
     EXPECT_EQ(count_partial(), 1);
     kill(writer, SIGKILL);
     waitpid(writer, nullptr, 0);
     ASSERT_TRUE(write_whole(folder / "b.txt", "another file"));
     EXPECT_EQ(count_partial(), 1);
     if (of_a_set)
-      sweep_partial_files_below(folder.parent_path());
+      sweep_partial_files_below(above);
     else
       ASSERT_TRUE(write_whole(folder / "a.txt", "whole"));
     EXPECT_EQ(count_partial(), 0);
