@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "dynamics/numbers/lanes.hpp"
 #include "dynamics/numbers/processor.hpp"
@@ -32,8 +33,42 @@ void take_from_ancestors(const Branches& branches, const Rows& F, int k, double*
 // Compact rows are used if all fit into the first-level cache.
 constexpr int most_in_cache = 2048;
 
-/// Whether a pivot is more than the rounding error of its diagonal entry.
-bool is_left(double pivot, double before) { return pivot > 1e-14 * before; }
+/// The smallest pivot so far, against its diagonal entry.
+struct SmallestPivot {
+  double ratio = 1, pivot = 0;
+  int k = -1;
+
+  /// Returns whether it is more than the rounding error of its diagonal entry.
+  bool note(int k_now, double pivot_now, double before) {
+    if (!(pivot_now > 1e-14 * before)) return false;
+    if (pivot_now < ratio * before) *this = {pivot_now / before, pivot_now, k_now};
+    return true;
+  }
+
+  /// Whether the pivot is more than its own rounding error, which is about eps z^T |A| z: z_k = 1, and z_j of a
+  /// later coordinate is how far it moves if it follows k freely. Pivots above 1e-7 pass: |z| would have to be
+  /// in the thousands. Uses the part of F's row k right of its diagonal, which the factor leaves free, for z.
+  bool is_left(const Branches& branches, int n, const Rows& A, Rows& F) const {
+    if (ratio > 1e-7) return true;
+    double* const z = F.row(k).data();
+    double size = A(k, k);
+    for (int j = k + 1; j < n; ++j) {
+      const Branch branch = branch_of(branches, j);
+      const double* const row = F.row(j).data();
+      double follows = 0, beside = 0;
+      for (int a = 0; a < branch.count; ++a) {
+        const int i = branch.ancestors[a];
+        if (i < k) continue;
+        const double z_i = i == k ? 1 : z[i];
+        follows -= row[i] * z_i;
+        beside += std::abs(A(j, i) * z_i);
+      }
+      z[j] = follows / row[j];
+      size += std::abs(z[j]) * (2 * beside + A(j, j) * std::abs(z[j]));
+    }
+    return pivot > 16 * std::numeric_limits<double>::epsilon() * size;
+  }
+};
 
 /// Factors a tree of short branches with compact rows that hold only the entries along their branch. The
 /// branch of an ancestor is a prefix of the row's own branch, so elimination subtracts prefixes of rows.
@@ -50,10 +85,11 @@ int factor_short(const System& system, const Branches& branches, const Rows& A, 
     for (int a = 0; a < branch.count; ++a) row[a] = from[branch.ancestors[a]];
     row[branch.count] = from[k];
   }
+  SmallestPivot smallest;
   for (int k = n - 1; k >= 0; --k) {
     const Branch branch = branch_of(branches, k);
     double *const row = rows + k * stride, *const to = F.row(k).data();
-    if (!is_left(row[branch.count], A(k, k))) return k;
+    if (!smallest.note(k, row[branch.count], A(k, k))) return k;
     to[k] = std::sqrt(row[branch.count]);
     const double inverse = 1 / to[k];
     for (int a = 0; a < branch.count; a += L::count) (inverse * L::load(row + a)).store(row + a);
@@ -64,7 +100,7 @@ int factor_short(const System& system, const Branches& branches, const Rows& A, 
       to[branch.ancestors[a]] = part;
     }
   }
-  return -1;
+  return smallest.is_left(branches, n, A, F) ? -1 : smallest.k;
 }
 
 }  // namespace
@@ -81,10 +117,11 @@ int factor_mass_matrix(const System& system, const Rows& A, Rows& F) {
     for (int a = 0; a < branch.count; ++a) F(k, branch.ancestors[a]) = A(k, branch.ancestors[a]);
     F(k, k) = A(k, k);
   }
+  SmallestPivot smallest;
   for (int k = n - 1; k >= 0; --k) {
     const Branch branch = branch_of(branches, k);
     double* row = F.row(k).data();
-    if (!is_left(row[k], A(k, k))) return k;
+    if (!smallest.note(k, row[k], A(k, k))) return k;
     const double pivot = std::sqrt(row[k]), inverse = 1 / pivot;
     row[k] = pivot;
     for (int a = 0; a < branch.count; ++a) row[branch.ancestors[a]] *= inverse;
@@ -100,7 +137,7 @@ int factor_mass_matrix(const System& system, const Rows& A, Rows& F) {
         for (int b = 0; b <= a; ++b) other[branch.ancestors[b]] -= c * row[branch.ancestors[b]];
     }
   }
-  return -1;
+  return smallest.is_left(branches, n, A, F) ? -1 : smallest.k;
 }
 
 void solve_transposed(const System& system, const Rows& F, double* x) {

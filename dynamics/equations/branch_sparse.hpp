@@ -10,7 +10,7 @@
 namespace borelli {
 
 /// Factors the free part of A (only row >= column is read) into F, nv x nv. Returns -1, or the free
-/// coordinate whose pivot vanishes against its own diagonal entry: a force along it meets no inertia.
+/// coordinate whose pivot is no more than its rounding error: a force along it meets no inertia.
 int factor_mass_matrix(const System& system, const Rows& A, Rows& F);
 
 /// x <- F^-T x, and x <- F^-1 x, in place, nv numbers. In this order they solve A x = b.

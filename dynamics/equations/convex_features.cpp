@@ -36,8 +36,9 @@ ConvexPolygon near_cylinder(const PlacedConvex& shape, const Vector3d& n) {
   }
   const double z = N.z() < 0 ? -c.half : c.half;
   if (across > 1e-12) out.add(shape.X * on_rim(c, lowest, z), across > upright);
-  // then fixed corners all around; one at the lowest point would double it
-  const double step = 2 * std::numbers::pi / rim_corners, first = std::ceil(lowest / step + 1e-6) * step;
+  // then fixed corners all around; one beside the lowest point could take its place among the contacts, and the
+  // depth would be less by up to their difference in height
+  const double step = 2 * std::numbers::pi / rim_corners, first = std::ceil(lowest / step + 1e-3) * step;
   for (int k = 0; k < rim_corners; ++k) out.add(shape.X * on_rim(c, first + k * step, z));
   return out;
 }

@@ -22,8 +22,8 @@ struct ConvexTouch {
   enum class Flat { neither, a, b };
   Flat flat = Flat::neither;  ///< the shape that touches with a flat face; the normal is fixed in it
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< from b to a
-  double gap = 0;                                     ///< least distance of the shapes, m; negative: overlap
-  int count = 1;                                      ///< number of slots: 1, 2 or 8
+  double gap = 0;  ///< least distance of the shapes, m, within 1e-9 of their size; negative: overlap
+  int count = 1;   ///< number of slots: 1, 2 or 8
   std::array<ConvexPoint, 8> points;  ///< on the shape without the flat face; on a if neither has one
   /// Change of the farthest point of a (b) per change of its outward normal, m.
   Eigen::Matrix3d roundness_a = Eigen::Matrix3d::Zero(), roundness_b = Eigen::Matrix3d::Zero();

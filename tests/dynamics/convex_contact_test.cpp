@@ -126,7 +126,8 @@ TEST(ConvexTouch, GapsAreProvenByPointsOfBothShapes) {
         const TestPair pair = pair_at(random, first, second, wanted);
         const ConvexTouch touch = pair.touch();
         const std::string which = fmt::format("{} on {}, trial {}", first, second, trial);
-        ASSERT_NEAR(touch.gap, wanted, 1e-9) << which;
+        // a normal counts as best within 1e-9 of the pair's size (convex_touch.hpp); the gap may leap by that
+        ASSERT_NEAR(touch.gap, wanted, 1e-9 * (pair.a.convex->bound + pair.b.convex->bound)) << which;
         EXPECT_NEAR(touch.normal.norm(), 1, 1e-12);
         double low = 1e9, high = -1e9;
         for (int i = 0; i < 60; ++i) {

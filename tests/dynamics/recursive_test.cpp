@@ -411,6 +411,27 @@ TEST(Recursive, PendulumsUseChangedParameters) {
   }
 }
 
+// A link without mass between two balls turns about the line through their centres without resistance, in every
+// pose and at every scale. Rounding leaves a pivot that need not be small beside its diagonal entry.
+TEST(Recursive, LinkWithoutMassBetweenBallsIsNamedSingular) {
+  for (unsigned seed = 0; seed < 300; ++seed) {
+    Random random(seed);
+    Scene scene;
+    scene.solids = {
+        solid("base", "world", {hinge("h", random.vector(1).normalized())}, {random.inertia().inertial()}),
+        solid("link", "base", {fixed(random.vector(0.3)), ball("b1")}, {}),
+        solid("end", "link", {fixed(random.vector(std::pow(10., random.number(-2, 1)))), ball("b2")},
+              {random.inertia().inertial()})};
+    const System system = compiled(scene);
+    const State state = random.state(system);
+    for (const Equations equations : {Equations::lagrange, Equations::recursive}) {
+      Workspace w(system, equations);
+      const Fault fault = accelerate(system, system.parameters, 0, state.q.data(), state.v.data(), {}, w);
+      EXPECT_EQ(fault.kind, Fault::Kind::singular_mass) << seed;
+    }
+  }
+}
+
 // The mass matrix needs poses only: with drives that carry free coordinates, balls and many branches.
 TEST(Recursive, MassMatrixNeedsOnlyPoses) {
   for (unsigned seed = 0; seed < 10; ++seed) {
