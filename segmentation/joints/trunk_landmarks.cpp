@@ -33,7 +33,8 @@ struct Sternum {
 std::optional<Sternum> find_sternum(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, double from,
                                     double to) {
   const auto& g = a.grid();
-  // per level: the foremost bone within 18 mm of the middle and 55 mm or more in front of the column
+  // per level: the foremost bone within 18 mm of the middle, 55 mm or more in front of the column, and nearer to
+  // the skin than to the column (a vertebra's front is not)
   std::vector<std::optional<Vector3d>> front;
   const auto k0 = std::max<std::int64_t>(0, std::lround((from - g.origin[2]) / a.step()));
   const auto k1 = std::min<std::int64_t>(g.size[2] - 1, std::lround((to - g.origin[2]) / a.step()));
@@ -49,7 +50,8 @@ std::optional<Sternum> find_sternum(const Anatomy& a, const Trunk& trunk, const 
           std::int64_t last = i;
           for (auto n = i; n <= std::min(g.size[0] - 1, mid + half); ++n)
             if (a.bone.at(n, j, k) && !limbs.arm_at(n, j, k)) last = n;
-          best = 0.5 * (g.point(i, j, k) + g.point(last, j, k));
+          const Vector3d middle = 0.5 * (g.point(i, j, k) + g.point(last, j, k));
+          if (a.depth[g.offset((i + last) / 2, j, k)] < column[1] - middle[1]) best = middle;
           break;
         }
     front.push_back(best);

@@ -97,6 +97,17 @@ void doubt_joints_by_proposal(const Anatomy& a, const AbsentParts& absent, Landm
                   root_deviation, landmarks);
 }
 
+double contradicted_share(const Proposal& proposal, const LabelMap& labels) {
+  const Counts volumes = volumes_of(proposal, labels);
+  double all = 0, foreign = 0;
+  for (std::size_t part = 1; part < parts.size(); ++part)
+    for (std::size_t limb = 1; limb < body_limbs.size(); ++limb) {
+      all += volumes[part][limb];
+      if (limb != limb_of_part(static_cast<int>(part))) foreign += volumes[part][limb];
+    }
+  return all > 0 ? foreign / all : 0;
+}
+
 void doubt_by_proposal(const Proposal& proposal, Segmentation& out) {
   const Counts volumes = volumes_of(proposal, out.labels);
   for (std::size_t part = 1; part < parts.size(); ++part) {

@@ -18,6 +18,10 @@ bool heads_agree(const Proposal& proposal, const Trunk& trunk);
 /// (`absent`): the forest's joints need all three segments.
 void doubt_joints_by_proposal(const Anatomy& anatomy, const AbsentParts& absent, Landmarks& landmarks);
 
+/// Share of the labelled volume where the proposal is sure of another limb than the label's, among that where it
+/// is sure of any; 0 without labels.
+double contradicted_share(const Proposal& proposal, const LabelMap& labels);
+
 /// Lowers confidence and adds a warning where parts and proposal contradict each other:
 /// - a large volume of a part surely belongs to another limb;
 /// - a large volume that surely belongs to a limb is in none of its parts.

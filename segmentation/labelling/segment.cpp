@@ -27,6 +27,7 @@
 #include "segmentation/labelling/bones.hpp"
 #include "segmentation/labelling/bones_at_joints.hpp"
 #include "segmentation/labelling/class_parts.hpp"
+#include "segmentation/labelling/forest_parts.hpp"
 #include "segmentation/labelling/landmark_seeds.hpp"
 #include "segmentation/labelling/part_findings.hpp"
 #include "segmentation/labelling/scan_check.hpp"
@@ -77,6 +78,7 @@ Segmentation parts_of(const GreyVolume& volume, Anatomy& a, const Trunk& of_body
 
   progress(0.6, "separating the bones");
   bool by_hand = false;
+  std::optional<ForestParts> by_forest;
   auto bones = label_bones(a, trunk, limbs, PartPlanes(out.landmarks));
   if (classes) {
     if (options.convention == Convention::bone) part_axial_bones(a, trunk, out.landmarks, bones);
@@ -90,10 +92,19 @@ Segmentation parts_of(const GreyVolume& volume, Anatomy& a, const Trunk& of_body
   } else if (trunk.empty() && !options.given.empty()) {
     bones = seeds_by_landmarks(a, out.landmarks);
     by_hand = std::any_of(bones.voxels.begin(), bones.voxels.end(), [](std::uint8_t v) { return v != 0; });
+  } else if (trunk.empty() && a.proposal) {
+    by_forest = parts_by_forest(a, trunk);
+    if (by_forest->empty()) by_forest.reset();
+    if (by_forest) {
+      bones = by_forest->bones;
+      out.landmarks.insert(by_forest->landmarks.begin(), by_forest->landmarks.end());
+    }
   } else if (options.convention == Convention::bone) {
     part_bones_at_joints(a, out.landmarks, trunk.scale, bones);
     part_axial_bones(a, trunk, out.landmarks, bones);
   }
+  if (a.proposal && !classes && !by_hand && !trunk.empty())
+    add_rootless_limbs(a, trunk, bones, out.landmarks);
   progress(0.7, "dividing the soft tissue");
   auto owner = label_soft_tissue(a, lean.get(), bones, options.step, options.convention);
   mirror_legs(a, trunk, limbs, owner);
@@ -127,10 +138,13 @@ Segmentation parts_of(const GreyVolume& volume, Anatomy& a, const Trunk& of_body
     out.warnings.push_back(
         {WarningKind::body, Severity::note,
          "the scan shows neither both hips nor both shoulders; the parts rely on the given landmarks alone"});
+  else if (by_forest)
+    doubt_forest_parts(*by_forest, out);
   else if (trunk.empty() && !classes)
     out.warnings.push_back({WarningKind::body, Severity::fault,
                             "no part was labelled: the scan shows neither both hips nor both shoulders, nor "
-                            "two legs from mid-thigh to the feet, nor a head"});
+                            "two legs, nor a head, nor a trunk that is certain; if it shows one arm or leg, "
+                            "name the other one with --absent"});
   warn_of_lone_limbs(trunk, out);
   return out;
 }
@@ -188,7 +202,17 @@ Segmentation parts_as_it_lies(const GreyVolume& volume, Anatomy& a, const Trunk&
         warn_of_parts(*found);
         return *std::move(found);
       }
-  Segmentation found = parts_of(volume, a, trunk, classes, options, progress);
+  // a second hypothesis if hips or shoulders are other bones: the parts by the forest
+  constexpr double too_much = 0.25;
+  const bool may_err = !classes && options.given.empty() && a.proposal && !trunk.empty() && !has_both(trunk);
+  Trunk without = Trunk{};
+  without.lungs = trunk.lungs, without.absent = trunk.absent;
+  const bool false_hips = may_err && hips_near_crests(a, trunk);
+  Segmentation found = parts_of(volume, a, false_hips ? without : trunk, classes, options, progress);
+  if (may_err && !false_hips && contradicted_share(*a.proposal, found.labels) > too_much) {
+    a.wall.clear();
+    found = parts_of(volume, a, without, classes, options, progress);
+  }
   warn_of_parts(found);
   return found;
 }

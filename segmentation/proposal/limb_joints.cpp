@@ -124,8 +124,9 @@ std::optional<Eigen::Vector3d> bone_at(const CoarseBody& b, const Along& along, 
 
 constexpr std::array<std::array<std::string_view, 2>, 2> joint_names{{{"elbow", "wrist"}, {"knee", "ankle"}}};
 
-void add_joints(const CoarseBody& b, const BodyPiece& piece, const Along& along, const Cuts& cuts,
-                const Forest& forest, std::vector<ProposedJoint>& joints) {
+void add_joints(const CoarseBody& b, const BodyPieces& pieces, std::size_t number, const Along& along,
+                const Cuts& cuts, const Forest& forest, std::vector<ProposedJoint>& joints) {
+  const BodyPiece& piece = pieces.list[number];
   float longest = 0;
   for (const float length : along.length) longest = std::max(longest, length);
   const std::array<double, 4> bounds{0, bin * static_cast<double>(cuts.first),
@@ -136,8 +137,9 @@ void add_joints(const CoarseBody& b, const BodyPiece& piece, const Along& along,
     if (!point) continue;
     const std::string stem(joint_names[piece.region == BodyRegion::arm ? 0 : 1][n]);
     const auto deviation = forest.deviations.find(stem);
-    joints.push_back({piece.region, piece.side, stem + (piece.side < 0 ? "" : side_suffix(piece.side)),
-                      *point, deviation == forest.deviations.end() ? 0 : deviation->second});
+    joints.push_back({number, piece.region, piece.side,
+                      stem + (piece.side < 0 ? "" : side_suffix(piece.side)), *point,
+                      deviation == forest.deviations.end() ? 0 : deviation->second});
   }
 }
 
@@ -176,7 +178,7 @@ LimbSegments limb_segments(const CoarseBody& b, const ClassProbabilities& probab
       const auto at = static_cast<std::size_t>(along.length[n] / bin);
       put(along.places[n], first_class + (at >= cuts.first) + (at >= cuts.second), piece.side);
     }
-    add_joints(b, piece, along, cuts, forest, out.joints);
+    add_joints(b, pieces, p, along, cuts, forest, out.joints);
   }
   return out;
 }

@@ -15,6 +15,7 @@ namespace borelli {
 
 /// A joint as the forest proposes it, independent of the bones' shape.
 struct ProposedJoint {
+  std::size_t piece = 0;  ///< index of the limb among the pieces
   BodyRegion region = BodyRegion::arm;
   int side = -1;                                    ///< left_side or right_side; -1: unknown
   std::string name;                                 ///< "elbow_left" ...; without a side if that is unknown

@@ -34,7 +34,14 @@ Proposal proposal_of(const CoarseBody& body, const ClassProbabilities& probabili
   Proposal out;
   out.grid = body.grid();
   mark_sure_places(body, pieces, out);
-  out.joints = limb_segments(body, probabilities, pieces, forest).joints;
+  LimbSegments segments = limb_segments(body, probabilities, pieces, forest);
+  out.joints = std::move(segments.joints);
+  out.piece_at.assign(out.grid.count(), -1);
+  out.voxel_class.assign(out.grid.count(), 0);
+  for (std::size_t n = 0; n < body.places.size(); ++n) {
+    out.piece_at[body.places[n]] = pieces.piece[n];
+    out.voxel_class[body.places[n]] = segments.voxel_class[n];
+  }
   out.pieces = std::move(pieces.list);
   return out;
 }
@@ -49,17 +56,21 @@ Result<Proposal> propose(const Anatomy& anatomy, const Forest* forest) {
   return proposal_of(body, *probabilities, *forest);
 }
 
-std::vector<std::uint8_t> sure_limbs(const Proposal& proposal, const Grid& g, int threads) {
-  std::vector<std::uint8_t> out(g.count(), 0);
+std::size_t Proposal::place_of(const Grid& g, std::int64_t i, std::int64_t j, std::int64_t k) const {
   const double ratio = g.axes(0, 0) / labelling_step;
   const auto at = [&](std::int64_t n, std::size_t c) {
-    return std::min(nearest_whole(ratio * static_cast<double>(n)), proposal.grid.size[c] - 1);
+    return std::min(nearest_whole(ratio * static_cast<double>(n)), grid.size[c] - 1);
   };
+  return grid.offset(at(i, 0), at(j, 1), at(k, 2));
+}
+
+std::vector<std::uint8_t> sure_limbs(const Proposal& proposal, const Grid& g, int threads) {
+  std::vector<std::uint8_t> out(g.count(), 0);
   in_slabs(g.size[2], threads, [&](std::int64_t first, std::int64_t last) {
     for (std::int64_t k = first; k < last; ++k)
       for (std::int64_t j = 0; j < g.size[1]; ++j)
         for (std::int64_t i = 0; i < g.size[0]; ++i)
-          out[g.offset(i, j, k)] = proposal.limb[proposal.grid.offset(at(i, 0), at(j, 1), at(k, 2))];
+          out[g.offset(i, j, k)] = proposal.limb[proposal.place_of(g, i, j, k)];
   });
   return out;
 }

@@ -36,13 +36,18 @@ constexpr std::size_t limb_of_part(int label) {
 }
 
 struct Proposal {
-  Grid grid;                       ///< step: labelling_step
-  std::vector<std::uint8_t> limb;  ///< by offset: index into body_limbs where the region is sure; else 0
+  Grid grid;                           ///< step: labelling_step
+  std::vector<std::uint8_t> limb;      ///< by offset: index into body_limbs where the region is sure; else 0
+  std::vector<std::int16_t> piece_at;  ///< by offset: index into `pieces`; -1: in none
+  std::vector<std::uint8_t> voxel_class;  ///< by offset: index into voxel_classes; valid within pieces
   std::vector<BodyPiece> pieces;
   std::vector<ProposedJoint> joints;
 
   /// The largest piece of an arm or leg of one side; null if none is in view or its side is unknown.
   const BodyPiece* piece(BodyRegion region, int side) const;
+  /// Offset in `grid` of the place nearest to a voxel of another grid, which is parallel to it and starts at the
+  /// same voxel.
+  std::size_t place_of(const Grid& other, std::int64_t i, std::int64_t j, std::int64_t k) const;
 };
 
 /// Least probability of a sure region. In bodies that the forests had not seen in training, 99.7 % of such
