@@ -144,10 +144,9 @@ std::vector<double> middles_of(const Proposal& proposal) {
   return sum;
 }
 
-// The side of a limb whose other side the user names as missing.
-std::optional<int> side_by_absent(const AbsentParts& absent, BodyRegion region) {
-  const std::string first = region == BodyRegion::arm ? "upper_arm" : "thigh";
-  const bool no_left = is_absent(absent, first, "_left"), no_right = is_absent(absent, first, "_right");
+// The side of a leg whose other side the user names as missing.
+std::optional<int> side_by_absent(const AbsentParts& absent) {
+  const bool no_left = is_absent(absent, "thigh", "_left"), no_right = is_absent(absent, "thigh", "_right");
   if (no_left == no_right) return std::nullopt;
   return no_left ? right_side : left_side;
 }
@@ -183,14 +182,14 @@ std::vector<Choice> choose_pieces(const Anatomy& a, const Proposal& proposal, co
       const double off = middle[p] - middle[static_cast<std::size_t>(trunk - pieces.begin())];
       if (choice.side < 0 && std::abs(off) > beside_trunk) choice.side = off > 0 ? left_side : right_side;
       choice.taken = choice.side >= 0 && piece.confidence >= sure_beside_trunk;
-    } else {
-      auto side = side_by_absent(absent, piece.region);
-      if (!side && piece.region == BodyRegion::leg && piece.confidence >= sure_shank)
-        side = side_by_fibula(a, proposal, p);
+    } else if (piece.region == BodyRegion::leg) {
+      auto side = side_by_absent(absent);
+      if (!side && piece.confidence >= sure_shank) side = side_by_fibula(a, proposal, p);
       if (side) choice = {piece.confidence >= sure_shank, *side};
       const bool pair = choice.side >= 0 && proposal.piece(piece.region, 1 - choice.side);
-      choice.taken =
-          choice.taken && !is_foot(proposal, p) && (side || (pair && piece.region == BodyRegion::leg));
+      choice.taken = choice.taken && !is_foot(proposal, p) && (side || pair);
+    } else {
+      choice.taken = false;
     }
     out.push_back(choice);
   }
@@ -348,7 +347,11 @@ ForestParts parts_by_forest(const Anatomy& a, const Trunk& found) {
     const Choice& limb = chosen[joint.piece];
     if (!limb.taken || joint.deviation == 0) continue;
     const std::string name = joint.name.substr(0, joint.name.find('_')) + side_suffix(limb.side);
-    out.landmarks[name] = {joint.point, joint.deviation, 0, "forest: border of two segments"};
+    // in drawn bodies whose shoulders are out of view the elbow lies 70 to 95 mm off
+    constexpr double without_shoulder = 80;
+    const double deviation =
+        joint.region == BodyRegion::arm ? std::max(joint.deviation, without_shoulder) : joint.deviation;
+    out.landmarks[name] = {joint.point, deviation, 0, "forest: border of two segments"};
   }
   if (const double trust = out.confidence[static_cast<std::size_t>(part_label("upper_trunk"))]; trust > 0) {
     const int alone = part_label(bound_trunk(a, found, trunk, out.landmarks));

@@ -23,8 +23,8 @@ struct ForestParts {
 
 /// Takes the proposal's pieces of which at least three quarters are expected to be right. A leg without a trunk
 /// in view must show tibia and fibula beside each other: the fibula is the thinner and the lateral one, which
-/// also gives the leg's side, or be one of a pair. If `trunk.absent` names the limb of one side, a limb without a
-/// trunk is that of the other side; else an arm alone is not taken, since its side is unknown.
+/// also gives the leg's side, or be one of a pair, or `trunk.absent` must name the other leg. An arm without a trunk
+/// in view is not taken: its side is unknown, and the forest takes most for legs.
 /// The trunk is cut at the xiphion's level, from the lower end of the lungs, and at the omphalion's level, from
 /// the iliac crests, where the scan shows these; see forest_parts.cpp for the distances.
 /// `trunk`: its lungs and missing parts. The anatomy must have a proposal.

@@ -362,11 +362,13 @@ void doubt_what_holds_arms(const Anatomy& a, const Volume<std::uint8_t>& owner, 
     for (std::int64_t j = 0; j < g.size[1]; ++j)
       for (std::int64_t i = 0; i < g.size[0]; ++i) {
         if (!is_arm(pieces.number.at(i, j, 0))) continue;
-        lowest = std::min(lowest, z);
         const auto own = owner.at(i, j, k);
-        if (!own) continue;
-        const Vector3d p = g.point(i, j, k);
-        beside[static_cast<std::size_t>(planes.part(own, p))] += g.voxel_volume();
+        const int part = own ? planes.part(own, g.point(i, j, k)) : 0;
+        if (part >= part_label("upper_arm_left") && part <= part_label("hand_right"))
+          continue;  // (forest_parts)
+        lowest = std::min(lowest, z);
+        if (!part) continue;
+        beside[static_cast<std::size_t>(part)] += g.voxel_volume();
         all += g.voxel_volume();
       }
   }

@@ -26,7 +26,7 @@ void warn_of_lone_limbs(const Trunk& trunk, Segmentation& out);
 void doubt_hands_that_meet(Segmentation& out);
 
 /// For a scan that shows the hips but not the shoulders. No joint connects the arms in view, so trunk or
-/// thighs may contain their flesh. Slices above the hips (level `hips`, mm) may show pieces beside the trunk:
+/// thighs may contain their flesh, unless the forest labelled the arms. Slices above the hips (level `hips`, mm) may show pieces beside the trunk:
 /// a part that contains such pieces is marked cut. So are the thighs if the pieces reach down to them.
 void doubt_what_holds_arms(const Anatomy& anatomy, const Volume<std::uint8_t>& owner,
                            const PartPlanes& planes, double hips, Segmentation& out);

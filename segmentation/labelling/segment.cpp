@@ -143,8 +143,8 @@ Segmentation parts_of(const GreyVolume& volume, Anatomy& a, const Trunk& of_body
   else if (trunk.empty() && !classes)
     out.warnings.push_back({WarningKind::body, Severity::fault,
                             "no part was labelled: the scan shows neither both hips nor both shoulders, nor "
-                            "two legs, nor a head, nor a trunk that is certain; if it shows one arm or leg, "
-                            "name the other one with --absent"});
+                            "two legs, nor a head, nor a trunk that is certain; if it shows one leg, name "
+                            "the other one with --absent"});
   warn_of_lone_limbs(trunk, out);
   return out;
 }

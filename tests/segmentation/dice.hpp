@@ -20,4 +20,12 @@ inline std::array<double, parts.size()> dice(const LabelMap& a, const LabelMap& 
   return both;
 }
 
+/// The share of the exact map's labelled voxels whose label in `found`, on the same grid, is right.
+inline double share_right(const LabelMap& found, const LabelMap& exact) {
+  double right = 0, all = 0;
+  for (std::size_t o = 0; o < exact.voxels.size(); ++o)
+    if (exact.voxels[o]) ++all, right += found.voxels[o] == exact.voxels[o];
+  return all > 0 ? right / all : 1;
+}
+
 }  // namespace borelli
