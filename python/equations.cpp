@@ -154,22 +154,10 @@ void add_derivatives(py::module_& m) {
       .def_readonly("bodies", &I::inertials, "Bodies with mass, each named after its first solid.");
 }
 
-}  // namespace
+using SystemClass = py::class_<CompiledScene, std::shared_ptr<CompiledScene>>;
 
-void add_equations(py::module_& m) {
-  add_state(m);
-  add_evaluation(m);
-  add_derivatives(m);
-  const auto efforts = py::arg("efforts") = py::none();
-  py::class_<CompiledScene, std::shared_ptr<CompiledScene>>(
-      m, "System",
-      "A compiled scene: its equations of motion. It is constant; threads may share it. Methods release the "
-      "GIL. Coordinates have the order of `coordinates`.")
-      .def(py::init([](const std::shared_ptr<ModelFile>& scene) {
-             return std::const_pointer_cast<CompiledScene>(compiled(std::make_shared<ModelFile>(*scene)));
-           }),
-           py::arg("scene"),
-           "Compiles a scene. Raises Error that names the wrong solid, joint or constraint.")
+void define_names(SystemClass& system) {
+  system
       .def_property_readonly(
           "n_q", [](const CompiledScene& s) { return s.system.nq; }, "Number of positions.")
       .def_property_readonly(
@@ -183,7 +171,11 @@ void add_equations(py::module_& m) {
           "solids", [](const CompiledScene& s) { return s.system.solids; },
           "Names of the solids, in the scene's order.")
       .def_property_readonly(
-          "rows", [](const CompiledScene& s) { return s.system.row_names; }, "Names of the constraint rows.")
+          "rows", [](const CompiledScene& s) { return s.system.row_names; }, "Names of the constraint rows.");
+}
+
+void define_states(SystemClass& system) {
+  system
       .def("state", &state_of, py::arg("q") = py::none(), py::arg("v") = py::none(),
            py::arg("t") = py::none(),
            "A state; what is not given is the scene's initial value. q: (n_q,), v: (n_v,), t: s.")
@@ -196,6 +188,14 @@ void add_equations(py::module_& m) {
             return released([&] { return find_equilibrium(s.system, start); }).state;
           },
           py::arg("start"), "The state of rest that Newton's method finds from the positions of `start`.")
+      .def("poses", &solid_poses_of, py::arg("state"),
+           "Rotations (solids, 3, 3), whose columns are the solids' axes in the world, and origins (solids, "
+           "3), m.");
+}
+
+void define_terms(SystemClass& system) {
+  const auto efforts = py::arg("efforts") = py::none();
+  system
       .def(
           "evaluate", &evaluated, py::arg("state"), efforts,
           "Everything at one state, which is not assembled. efforts: (n_v,), added to the scene's, N or N m.")
@@ -223,7 +223,11 @@ void add_equations(py::module_& m) {
             const Evaluation e = evaluated(s, state, py::none());
             return py::make_tuple(e.kinetic_energy, e.potential_energy);
           },
-          py::arg("state"), "Kinetic and potential energy (weight and springs), J.")
+          py::arg("state"), "Kinetic and potential energy (weight and springs), J.");
+}
+
+void define_inverse_and_derivatives(SystemClass& system) {
+  system
       .def(
           "inverse_dynamics",
           [](const CompiledScene& s, const State& state, const Numbers& a) {
@@ -241,14 +245,33 @@ void add_equations(py::module_& m) {
             const Eigen::VectorXd applied = optional_vector(given, s.system.nv, "efforts");
             return released([&] { return forward_derivatives(s.system, state, applied); });
           },
-          py::arg("state"), efforts, "Derivatives of the accelerations by q, v, efforts and inertias.")
-      .def("poses", &solid_poses_of, py::arg("state"),
-           "Rotations (solids, 3, 3), whose columns are the solids' axes in the world, and origins (solids, "
-           "3), m.")
-      .def("__repr__", [](const CompiledScene& s) {
-        return fmt::format("<borelli.System '{}', {} positions, {} velocities, {} constraint rows>",
-                           s.system.scene, s.system.nq, s.system.nv, s.system.rows);
-      });
+          py::arg("state"), py::arg("efforts") = py::none(),
+          "Derivatives of the accelerations by q, v, efforts and inertias.");
+}
+
+}  // namespace
+
+void add_equations(py::module_& m) {
+  add_state(m);
+  add_evaluation(m);
+  add_derivatives(m);
+  SystemClass system(
+      m, "System",
+      "A compiled scene: its equations of motion. It is constant; threads may share it. Methods release the "
+      "GIL. Coordinates have the order of `coordinates`.");
+  system.def(py::init([](const std::shared_ptr<ModelFile>& scene) {
+               return std::const_pointer_cast<CompiledScene>(compiled(std::make_shared<ModelFile>(*scene)));
+             }),
+             py::arg("scene"),
+             "Compiles a scene. Raises Error that names the wrong solid, joint or constraint.");
+  define_names(system);
+  define_states(system);
+  define_terms(system);
+  define_inverse_and_derivatives(system);
+  system.def("__repr__", [](const CompiledScene& s) {
+    return fmt::format("<borelli.System '{}', {} positions, {} velocities, {} constraint rows>",
+                       s.system.scene, s.system.nq, s.system.nv, s.system.rows);
+  });
 }
 
 }  // namespace borelli::python

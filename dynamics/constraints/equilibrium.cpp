@@ -146,6 +146,97 @@ Result<void> check_still(const System& system, const ConstraintRows& rows, doubl
   return {};
 }
 
+/// Levenberg and Marquardt's method on the residuals of Balance.
+class BalanceSearch {
+ public:
+  BalanceSearch(const System& system, const State& assembled)
+      : system_(system), balance_(system, assembled) {}
+
+  /// Sets positions, multipliers, iterations and imbalance of `out`.
+  Result<void> run(Equilibrium& out) {
+    if (auto done = balance_.look(); !done) return done;
+    if (auto still = check_still(system_, balance_.rows(), balance_.state().t); !still) return still;
+    multipliers_ = balance_.first_multipliers();
+    if (auto found = iterate(out); !found) return found;
+    out.state.q = balance_.state().q;
+    out.multipliers = multipliers_;
+    return {};
+  }
+
+ private:
+  Result<void> iterate(Equilibrium& out) {
+    for (; out.iterations < most_iterations; ++out.iterations) {
+      const MatrixXd stiffness = balance_.stiffness(multipliers_);
+      // The unit is the largest generalised force, or the stiffness times a move by one length if that is
+      // larger.
+      unit_ = std::max(balance_.largest(multipliers_), stiffness.cwiseAbs().maxCoeff());
+      if (unit_ == 0) unit_ = 1;  // no force acts
+      const VectorXd r = balance_.residual(multipliers_, unit_);
+      out.imbalance = r.head(system_.nv).cwiseAbs().maxCoeff();
+      const double off = system_.rows > 0 ? r.tail(system_.rows).cwiseAbs().maxCoeff() : 0;
+      if (out.imbalance <= balanced && off <= met) return {};
+      const auto lowered = lower(balance_.slope(stiffness, unit_), r);
+      if (!lowered) return tl::unexpected(lowered.error());
+      if (*lowered) continue;
+      // At a maximum of the imbalance no step lowers it.
+      if (off <= met && out.imbalance > 100 * balanced && pushes_++ < most_pushes) {
+        if (auto done = push(r); !done) return done;
+        continue;
+      }
+      if (auto done = balance_.look(); !done) return done;
+      // At the level of rounding no step lowers the residual.
+      if (out.imbalance <= 100 * balanced && off <= 100 * met) return {};
+      const Error why = balance_.complaint(r, unit_);
+      return failure(why.where, why.what);
+    }
+    const Error why = balance_.complaint(balance_.residual(multipliers_, unit_), unit_);
+    return failure(why.where, why.what + fmt::format(", after {} iterations", most_iterations));
+  }
+
+  /// Makes a step that lowers the residual r, whose Jacobian is J: the less it does, the more it is damped.
+  /// False: no step does, and nothing has moved.
+  Result<bool> lower(const MatrixXd& J, const VectorXd& r) {
+    const Eigen::Index n = J.cols();
+    MatrixXd damped(2 * n, n);
+    VectorXd wanted = VectorXd::Zero(2 * n);
+    damped.topRows(n) = J;
+    wanted.head(n) = -r;
+    const VectorXd q = balance_.state().q, before = multipliers_;
+    for (int attempt = 0; attempt < 40; ++attempt) {
+      damped.bottomRows(n) = std::sqrt(damping_) * MatrixXd::Identity(n, n);
+      const VectorXd step = damped.colPivHouseholderQr().solve(wanted);
+      if (step.head(system_.nv).cwiseAbs().maxCoeff() <= 1) {  // at most 1 rad or one coordinate length
+        balance_.move(step, unit_, multipliers_);
+        if (auto done = balance_.look(); !done) return tl::unexpected(done.error());
+        if (balance_.residual(multipliers_, unit_).norm() < r.norm()) {
+          damping_ = std::max(damping_ / 10, 1e-16);
+          return true;
+        }
+      }
+      balance_.set(q);
+      multipliers_ = before;
+      damping_ *= 10;
+    }
+    return false;
+  }
+
+  /// Moves along the unbalanced forces.
+  Result<void> push(const VectorXd& r) {
+    VectorXd step = VectorXd::Zero(r.size());
+    step.head(system_.nv) = -r.head(system_.nv) * (push_size / r.head(system_.nv).cwiseAbs().maxCoeff());
+    balance_.move(step, unit_, multipliers_);
+    damping_ = 1e-3;
+    return balance_.look();
+  }
+
+  const System& system_;
+  Balance balance_;
+  VectorXd multipliers_;
+  double damping_ = 1e-3;
+  double unit_ = 1;  // of forces, see Balance
+  int pushes_ = 0;
+};
+
 Result<Equilibrium> balanced_state(const System& system, const State& start) {
   if (auto fits = check_state(system, start); !fits) return tl::unexpected(fits.error());
   if (!system.contacts.empty())
@@ -162,73 +253,7 @@ Result<Equilibrium> balanced_state(const System& system, const State& start) {
   out.state.v.setZero();
   if (system.rows > 0)
     if (auto assembled = assemble(system, out.state); !assembled) return tl::unexpected(assembled.error());
-  Balance balance(system, out.state);
-  if (auto done = balance.look(); !done) return tl::unexpected(done.error());
-  if (auto still = check_still(system, balance.rows(), start.t); !still) return tl::unexpected(still.error());
-  VectorXd multipliers = balance.first_multipliers();
-  double damping = 1e-3;
-  double unit = 1;
-  int pushes = 0;
-  bool found = false;
-  for (; out.iterations < most_iterations; ++out.iterations) {
-    const MatrixXd stiffness = balance.stiffness(multipliers);
-    // The unit is the largest generalised force, or the stiffness times a move by one length if that is
-    // larger.
-    unit = std::max(balance.largest(multipliers), stiffness.cwiseAbs().maxCoeff());
-    if (unit == 0) unit = 1;  // no force acts
-    const VectorXd r = balance.residual(multipliers, unit);
-    out.imbalance = r.head(system.nv).cwiseAbs().maxCoeff();
-    const double off = system.rows > 0 ? r.tail(system.rows).cwiseAbs().maxCoeff() : 0;
-    found = out.imbalance <= balanced && off <= met;
-    if (found) break;
-    const MatrixXd J = balance.slope(stiffness, unit);
-    const Eigen::Index n = J.cols();
-    MatrixXd damped(2 * n, n);
-    VectorXd wanted = VectorXd::Zero(2 * n);
-    damped.topRows(n) = J;
-    wanted.head(n) = -r;
-    const VectorXd q = balance.state().q, before = multipliers;
-    bool better = false;
-    for (int attempt = 0; attempt < 40 && !better; ++attempt) {
-      damped.bottomRows(n) = std::sqrt(damping) * MatrixXd::Identity(n, n);
-      const VectorXd step = damped.colPivHouseholderQr().solve(wanted);
-      if (step.head(system.nv).cwiseAbs().maxCoeff() <= 1) {  // at most 1 rad or one coordinate length
-        balance.move(step, unit, multipliers);
-        if (auto done = balance.look(); !done) return tl::unexpected(done.error());
-        better = balance.residual(multipliers, unit).norm() < r.norm();
-      }
-      if (better) {
-        damping = std::max(damping / 10, 1e-16);
-      } else {
-        balance.set(q);
-        multipliers = before;
-        damping *= 10;
-      }
-    }
-    if (!better) {
-      // At a maximum of the imbalance no step lowers it: move along the forces instead.
-      if (off <= met && out.imbalance > 100 * balanced && pushes++ < most_pushes) {
-        VectorXd push = VectorXd::Zero(n);
-        push.head(system.nv) = -r.head(system.nv) * (push_size / r.head(system.nv).cwiseAbs().maxCoeff());
-        balance.move(push, unit, multipliers);
-        damping = 1e-3;
-        if (auto done = balance.look(); !done) return tl::unexpected(done.error());
-        continue;
-      }
-      if (auto done = balance.look(); !done) return tl::unexpected(done.error());
-      // At the level of rounding no step lowers the residual.
-      found = out.imbalance <= 100 * balanced && off <= 100 * met;
-      if (found) break;
-      const Error why = balance.complaint(r, unit);
-      return failure(why.where, why.what);
-    }
-  }
-  if (!found) {
-    const Error why = balance.complaint(balance.residual(multipliers, unit), unit);
-    return failure(why.where, why.what + fmt::format(", after {} iterations", most_iterations));
-  }
-  out.state.q = balance.state().q;
-  out.multipliers = multipliers;
+  if (auto found = BalanceSearch(system, out.state).run(out); !found) return tl::unexpected(found.error());
   return out;
 }
 

@@ -66,6 +66,109 @@ class FactorSolve {
   bool per_segment_;
 };
 
+Result<MotionFit> fit_pose(const Scene& scene, const MarkerMotion& mean, const VectorXd& rest_weights) {
+  const auto system = compile(scene);
+  if (!system) return tl::unexpected(system.error());
+  MotionFitRequest fit;
+  fit.rest_weights = rest_weights;
+  return fit_motion(scene, *system, mean, fit);
+}
+
+struct MeasuredMarkers {
+  std::vector<std::string> names;
+  Matrix3Xd places;  // m, in the scene's axes
+};
+
+// Those of the markers that the trial shows.
+Result<MeasuredMarkers> measured_markers(const Scene& scene, const MarkerMotion& mean,
+                                         const std::vector<std::string>& shared) {
+  const Eigen::Matrix3d turn = turn_to_scene(scene, mean.up);
+  MeasuredMarkers out;
+  std::vector<Vector3d> seen;
+  for (const std::string& name : shared) {
+    const auto column = std::find(mean.names.begin(), mean.names.end(), name) - mean.names.begin();
+    if (!mean.frames[0].col(column).allFinite()) continue;
+    out.names.push_back(name);
+    seen.push_back(turn * mean.frames[0].col(column));
+  }
+  if (seen.size() < 3)
+    return bad_use("static trial",
+                   fmt::format("shows {} markers of the model; scaling needs at least 3", seen.size()));
+  out.places.resize(3, Eigen::Index(seen.size()));
+  for (std::size_t m = 0; m < seen.size(); ++m) out.places.col(Eigen::Index(m)) = seen[m];
+  return out;
+}
+
+// Sets the factors to `found`; returns the largest change.
+Result<double> set_factors(const Scene& scene, const VectorXd& found, std::vector<double>& factors) {
+  double change = 0;
+  for (std::size_t b = 0; b < factors.size(); ++b) {
+    const double s = found[Eigen::Index(b)];
+    if (!(s > 0.2 && s < 5))
+      return bad_use(
+          "static trial",
+          fmt::format(
+              "would scale '{}' by {:.2f}, expected 0.2 to 5; check the trial's unit and marker names",
+              printable(scene.solids[b].name), s));
+    change = std::max(change, std::abs(s - factors[b]));
+    factors[b] = s;
+  }
+  return change;
+}
+
+// Fits factors and pose in turns, from `pose` of the unscaled scene on. Returns the last pose.
+Result<MotionFit> fit_factors(const Scene& scene, const MarkerMotion& mean, const MeasuredMarkers& measured,
+                              const StaticFitRequest& request, MotionFit pose, StaticFit& out) {
+  const FactorSolve solve(scene, measured.names, request.per_segment);
+  constexpr int most_turns = 500;
+  int turns = 0;
+  for (double change = 1; change > 1e-6 && turns < most_turns; ++turns) {
+    VectorXd q = pose.q.row(0).transpose();
+    const auto factors = solve.solve(measured.places, q, std::max(least_marker_spread, pose.rms()));
+    if (!factors) return tl::unexpected(factors.error());
+    const auto changed = set_factors(scene, *factors, out.factors);
+    if (!changed) return tl::unexpected(changed.error());
+    change = *changed;
+    out.scene = scaled(scene, out.factors).scene;
+    const auto system = compile(out.scene);
+    if (!system) return tl::unexpected(system.error());
+    if (request.rest_weights.size() == 0)
+      start_at(out.scene, *system, q);  // else the start is where joints rest
+    auto next = fit_pose(out.scene, mean, request.rest_weights);
+    if (!next) return next;
+    pose = std::move(*next);
+  }
+  if (turns == most_turns) out.warnings.push_back("the scale factors had not converged when the fit ended");
+  out.rms_after = pose.rms();
+  return pose;
+}
+
+void warn_of_odd_factors(StaticFit& fit) {
+  double mean = 0;
+  for (double s : fit.factors) mean += s / double(fit.factors.size());
+  std::vector<std::string> odd;
+  for (std::size_t b = 0; b < fit.factors.size(); ++b)
+    if (std::abs(fit.factors[b] / mean - 1) > 0.15)
+      odd.push_back(fmt::format("{} {:.2f}", printable(fit.scene.solids[b].name), fit.factors[b]));
+  if (!odd.empty())
+    fit.warnings.push_back(fmt::format(
+        "scale factors differ from their mean, {:.2f}, by more than 15 %: {}; the model's proportions or "
+        "markers may not fit this person: check the marker errors, or leave out --per-segment",
+        mean, name_list(odd)));
+}
+
+// Scales the scene by the factors of `fit`, and its masses to `mass` if that is given.
+Result<void> scale_to_mass(const Scene& scene, const std::optional<double>& mass, StaticFit& fit) {
+  auto whole = scaled(scene, fit.factors);
+  const auto by_volume = total_mass(whole.scene);
+  if (!by_volume) return tl::unexpected(by_volume.error());
+  if (mass) whole = scaled(scene, fit.factors, *mass / *by_volume);
+  fit.mass = mass.value_or(*by_volume);
+  fit.warnings.insert(fit.warnings.end(), whole.warnings.begin(), whole.warnings.end());
+  fit.scene = std::move(whole.scene);
+  return {};
+}
+
 }  // namespace
 
 MarkerMotion mean_frame(const MarkerMotion& trial, double start, double end) {
@@ -85,14 +188,7 @@ MarkerMotion mean_frame(const MarkerMotion& trial, double start, double end) {
 
 Result<StaticFit> fit_static(const Scene& scene, const MarkerMotion& trial, const StaticFitRequest& request) {
   const MarkerMotion mean = mean_frame(trial, request.start, request.end);
-  const auto fit_pose = [&](const Scene& of) -> Result<MotionFit> {
-    const auto system = compile(of);
-    if (!system) return tl::unexpected(system.error());
-    MotionFitRequest fit;
-    fit.rest_weights = request.rest_weights;
-    return fit_motion(of, *system, mean, fit);
-  };
-  auto pose = fit_pose(scene);
+  auto pose = fit_pose(scene, mean, request.rest_weights);
   if (!pose) return tl::unexpected(pose.error());
   StaticFit out{.scene = scene,
                 .factors = std::vector<double>(scene.solids.size(), 1),
@@ -100,74 +196,15 @@ Result<StaticFit> fit_static(const Scene& scene, const MarkerMotion& trial, cons
                 .rms_before = pose->rms(),
                 .rms_after = 0,
                 .warnings = pose->warnings};
-
-  // the shared markers that the trial shows, in the scene's axes
-  const Eigen::Matrix3d turn = turn_to_scene(scene, trial.up);
-  std::vector<std::string> names;
-  std::vector<Vector3d> seen;
-  for (const std::string& name : pose->markers) {
-    const auto column = std::find(mean.names.begin(), mean.names.end(), name) - mean.names.begin();
-    if (!mean.frames[0].col(column).allFinite()) continue;
-    names.push_back(name);
-    seen.push_back(turn * mean.frames[0].col(column));
-  }
-  if (names.size() < 3)
-    return bad_use("static trial",
-                   fmt::format("shows {} markers of the model; scaling needs at least 3", names.size()));
-  Matrix3Xd measured(3, Eigen::Index(names.size()));
-  for (std::size_t m = 0; m < seen.size(); ++m) measured.col(Eigen::Index(m)) = seen[m];
-
-  const FactorSolve solve(scene, names, request.per_segment);
-  VectorXd q = pose->q.row(0).transpose();
-  constexpr int most_turns = 500;
-  int turns = 0;
-  for (double change = 1; change > 1e-6 && turns < most_turns; ++turns) {
-    const auto factors = solve.solve(measured, q, std::max(least_marker_spread, pose->rms()));
-    if (!factors) return tl::unexpected(factors.error());
-    change = 0;
-    for (std::size_t b = 0; b < out.factors.size(); ++b) {
-      const double s = (*factors)[Eigen::Index(b)];
-      if (!(s > 0.2 && s < 5))
-        return bad_use(
-            "static trial",
-            fmt::format(
-                "would scale '{}' by {:.2f}, expected 0.2 to 5; check the trial's unit and marker names",
-                printable(scene.solids[b].name), s));
-      change = std::max(change, std::abs(s - out.factors[b]));
-      out.factors[b] = s;
-    }
-    out.scene = scaled(scene, out.factors).scene;
-    const auto system = compile(out.scene);
-    if (!system) return tl::unexpected(system.error());
-    if (request.rest_weights.size() == 0)
-      start_at(out.scene, *system, q);  // else the start is where joints rest
-    pose = fit_pose(out.scene);
-    if (!pose) return tl::unexpected(pose.error());
-    q = pose->q.row(0).transpose();
-  }
-  if (turns == most_turns) out.warnings.push_back("the scale factors had not converged when the fit ended");
-  out.rms_after = pose->rms();
-
-  double mean_factor = 0;
-  for (double s : out.factors) mean_factor += s / double(out.factors.size());
-  std::vector<std::string> odd;
-  for (std::size_t b = 0; b < out.factors.size(); ++b)
-    if (std::abs(out.factors[b] / mean_factor - 1) > 0.15)
-      odd.push_back(fmt::format("{} {:.2f}", printable(scene.solids[b].name), out.factors[b]));
-  if (!odd.empty())
-    out.warnings.push_back(fmt::format(
-        "scale factors differ from their mean, {:.2f}, by more than 15 %: {}; the model's proportions or "
-        "markers may not fit this person: check the marker errors, or leave out --per-segment",
-        mean_factor, name_list(odd)));
-  auto whole = scaled(scene, out.factors);
-  auto mass = total_mass(whole.scene);
-  if (!mass) return tl::unexpected(mass.error());
-  if (request.mass) whole = scaled(scene, out.factors, *request.mass / *mass);
-  out.mass = request.mass.value_or(*mass);
-  out.warnings.insert(out.warnings.end(), whole.warnings.begin(), whole.warnings.end());
-  out.scene = std::move(whole.scene);
+  const auto measured = measured_markers(scene, mean, pose->markers);
+  if (!measured) return tl::unexpected(measured.error());
+  pose = fit_factors(scene, mean, *measured, request, std::move(*pose), out);
+  if (!pose) return tl::unexpected(pose.error());
+  const VectorXd q = pose->q.row(0).transpose();
+  warn_of_odd_factors(out);
+  if (auto done = scale_to_mass(scene, request.mass, out); !done) return tl::unexpected(done.error());
   if (request.move_markers)
-    if (auto moved = move_markers(out.scene, names, measured, q); !moved)
+    if (auto moved = move_markers(out.scene, measured->names, measured->places, q); !moved)
       return tl::unexpected(moved.error());
   const auto system = compile(out.scene);
   if (!system) return tl::unexpected(system.error());

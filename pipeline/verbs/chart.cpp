@@ -112,17 +112,8 @@ nlohmann::json json_of(const WorkPrecision& chart) {
           {"take", take}};
 }
 
-Result<nlohmann::json> work(const ChartOptions& o, const Command& command) {
-  const std::filesystem::path folder = o.folder;
-  std::vector<std::string> files = work_precision_files();
-  files.emplace_back(partial);
-  if (auto fine = check_folder_writable(folder, files); !fine) return tl::unexpected(fine.error());
-  auto model = read_model(command, o.scene, o.model);
-  if (!model) return tl::unexpected(model.error());
-  Scene& scene = model->scene;
-  scene.simulation.end_time = o.end.value_or(scene.simulation.end_time);
+WorkPrecisionSettings chart_settings(const ChartOptions& o) {
   WorkPrecisionSettings settings = o.settings;
-  const std::vector<std::string>& methods = o.settings.methods;
   settings.equations.clear();
   for (const std::string& name : o.equations)
     settings.equations.push_back(name == "lagrange" ? Equations::lagrange : Equations::recursive);
@@ -130,29 +121,45 @@ Result<nlohmann::json> work(const ChartOptions& o, const Command& command) {
   for (const std::string& name : o.constraints)
     settings.constraints.push_back(name == "baumgarte" ? ConstraintTreatment::baumgarte
                                                        : ConstraintTreatment::projection);
+  return settings;
+}
 
+// Reads the reference into the settings, if one is given. Returns what identifies it, empty if none is given.
+Result<std::string> use_reference(const ChartOptions& o, const Scene& scene,
+                                  WorkPrecisionSettings& settings) {
+  if (o.reference.empty()) {
+    if (o.reference_error)
+      return bad_use("--reference-error", "applies only to the file of --reference; give both, or neither");
+    return std::string();
+  }
+  std::vector<std::string> solids;
+  for (const Solid& solid : scene.solids) solids.push_back(solid.name);
+  auto given = read_reference(o.reference, solids);
+  if (!given) return tl::unexpected(given.error());
+  given->error = o.reference_error.value_or(given->error);
+  const auto bytes = read_input_file(o.reference);  // its contents, since the file may be rewritten
+  if (!bytes) return tl::unexpected(bytes.error());
+  settings.reference = std::move(*given);
+  return fmt::format(" {} {} {}", o.reference, settings.reference->error, digest_of_bytes(*bytes));
+}
+
+// All that the results depend on, besides the reference.
+Result<std::string> what_is_asked(const ChartOptions& o, const Scene& scene,
+                                  const WorkPrecisionSettings& settings) {
   const auto text = write_scene(scene);
-  if (!text) return tl::unexpected(text.error());
+  if (!text) return text;
   std::string asked = *text + BORELLI_VERSION;
-  for (const auto* names : {&methods, &o.equations, &o.constraints})
+  for (const auto* names : {&o.settings.methods, &o.equations, &o.constraints})
     for (const std::string& name : *names) asked += ' ' + name;
   asked +=
       fmt::format(" {} {} {} {}", settings.outputs, settings.repeats, settings.per_decade, settings.budget);
-  if (!o.reference.empty()) {
-    std::vector<std::string> solids;
-    for (const Solid& solid : scene.solids) solids.push_back(solid.name);
-    auto given = read_reference(o.reference, solids);
-    if (!given) return tl::unexpected(given.error());
-    given->error = o.reference_error.value_or(given->error);
-    const auto bytes = read_input_file(o.reference);  // its contents, since the file may be rewritten
-    if (!bytes) return tl::unexpected(bytes.error());
-    asked += fmt::format(" {} {} {}", o.reference, given->error, digest_of_bytes(*bytes));
-    settings.reference = std::move(*given);
-  } else if (o.reference_error) {
-    return bad_use("--reference-error", "applies only to the file of --reference; give both, or neither");
-  }
-  const KeptPoints kept(folder / partial, asked);
+  return asked;
+}
 
+// Runs the methods. Keeps the points of finished ones, and writes the page after each round.
+Result<WorkPrecision> run_methods(const Scene& scene, const WorkPrecisionSettings& settings,
+                                  const std::filesystem::path& folder, const KeptPoints& kept,
+                                  const Command& command) {
   ProgressBar bar(command.json);
   bar.begin("chart");
   WorkPrecisionObserver observer;
@@ -173,27 +180,48 @@ Result<nlohmann::json> work(const ChartOptions& o, const Command& command) {
                         (folder / "chart.html").string()));
     bar.begin("chart");
   };
-  const auto chart = work_precision(scene, settings, observer);
-  if (!chart) return tl::unexpected(chart.error());
+  auto chart = work_precision(scene, settings, observer);
+  if (!chart) return chart;
   if (!written) return tl::unexpected(written.error());
   bar.end(fmt::format("{} runs", chart->points.size()));
+  return chart;
+}
+
+void print_chart(const WorkPrecision& chart, const std::string& page) {
+  fmt::print("{}\n", chart.reference.words);
+  for (const auto& [digits, p] : recommendations(chart))
+    fmt::print("  for 1e-{:02}  {:32} {:9} {:<9.3g} {:9.3f} ms {:9} evaluations\n", digits,
+               name_of(chart.variants[p->variant]), setting_name(chart.variants[p->variant]), p->setting,
+               1e3 * p->seconds, p->evaluations);
+  const std::string why = why_no_drawing(chart);
+  if (why.empty())
+    fmt::print("{}: page with the drawings; SVG, PNG and CSV files are beside it\n", page);
+  else
+    fmt::print("{} {}: page with the table; the CSV file is beside it\n", why, page);
+}
+
+Result<nlohmann::json> work(const ChartOptions& o, const Command& command) {
+  const std::filesystem::path folder = o.folder;
+  std::vector<std::string> files = work_precision_files();
+  files.emplace_back(partial);
+  if (auto fine = check_folder_writable(folder, files); !fine) return tl::unexpected(fine.error());
+  auto model = read_model(command, o.scene, o.model);
+  if (!model) return tl::unexpected(model.error());
+  Scene& scene = model->scene;
+  scene.simulation.end_time = o.end.value_or(scene.simulation.end_time);
+  WorkPrecisionSettings settings = chart_settings(o);
+  const auto asked = what_is_asked(o, scene, settings);
+  if (!asked) return tl::unexpected(asked.error());
+  const auto reference = use_reference(o, scene, settings);
+  if (!reference) return tl::unexpected(reference.error());
+  const KeptPoints kept(folder / partial, *asked + *reference);
+  const auto chart = run_methods(scene, settings, folder, kept, command);
+  if (!chart) return tl::unexpected(chart.error());
   if (auto done = write_work_precision(*chart, folder, command.warnings()); !done)
     return tl::unexpected(done.error());
   kept.remove();
   say_when_stopped(nullptr);
-
-  if (!command.json) {
-    fmt::print("{}\n", chart->reference.words);
-    for (const auto& [digits, p] : recommendations(*chart))
-      fmt::print("  for 1e-{:02}  {:32} {:9} {:<9.3g} {:9.3f} ms {:9} evaluations\n", digits,
-                 name_of(chart->variants[p->variant]), setting_name(chart->variants[p->variant]), p->setting,
-                 1e3 * p->seconds, p->evaluations);
-    const std::string why = why_no_drawing(*chart), page = (folder / "chart.html").string();
-    if (why.empty())
-      fmt::print("{}: page with the drawings; SVG, PNG and CSV files are beside it\n", page);
-    else
-      fmt::print("{} {}: page with the table; the CSV file is beside it\n", why, page);
-  }
+  if (!command.json) print_chart(*chart, (folder / "chart.html").string());
   return json_of(*chart);
 }
 

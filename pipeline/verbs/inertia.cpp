@@ -59,100 +59,150 @@ Result<std::string> cuts_of(const InertiaSettings& settings) {
   return told;
 }
 
-Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, const Command& command) {
-  const int threads = command.threads;
-  const auto scan = read_volume(command, settings.volume, settings.quantity);
-  if (!scan) return tl::unexpected(scan.error());
-  const GreyVolume& grey = scan->volume;
-  const auto given = read_given_landmarks(command, settings.landmarks);
-  if (!given) return tl::unexpected(given.error());
-  Landmarks landmarks = given->all();
+// How to measure: as asked, otherwise as the scan's header says.
+Result<MeasureOptions> measure_options(const InertiaSettings& settings, const ScannedVolume& scan,
+                                       const Command& command) {
   MeasureOptions options = settings.measure;
-  options.threads = threads;
-  if (options.pose.empty()) options.pose = scan->pose;
-  Subject subject = subject_of(*scan, options.sex);
+  options.threads = command.threads;
+  if (options.pose.empty()) options.pose = scan.pose;
+  Subject subject = subject_of(scan, options.sex);
   options.sex = std::move(subject.sex);
   for (const std::string& note : subject.notes) command.note(note);
   auto cuts = cuts_of(settings);
   if (!cuts) return tl::unexpected(cuts.error());
   options.cuts = std::move(*cuts);
-  PartCompleteness completeness;
-  std::string verdict;
-  std::optional<ClassLabels> classes;
+  return options;
+}
+
+// A scan, read as far as it needs no parts.
+struct ScanToMeasure {
+  ScannedVolume scan;
+  std::optional<ClassLabels> classes;  // of another program, with --label-mapping
+  std::optional<MrReading> mr;         // of an MR scan
+
+  const GreyVolume& weighed() const { return mr ? mr->density : scan.volume; }
+};
+
+Result<ScanToMeasure> read_tissues(const InertiaSettings& settings, ScannedVolume scan,
+                                   const Command& command) {
+  ScanToMeasure out{std::move(scan), {}, {}};
+  const GreyVolume& grey = out.scan.volume;
   if (!settings.mapping.empty()) {
     auto read = read_classes(command, settings.labels, settings.names, settings.mapping, grey);
     if (!read) return tl::unexpected(read.error());
-    classes = std::move(*read);
+    out.classes = std::move(*read);
   }
-  std::optional<MrReading> mr;
   if (grey.quantity == Quantity::mr) {
-    auto read = read_mr(grey, classes ? &*classes : nullptr, threads);
+    auto read = read_mr(grey, out.classes ? &*out.classes : nullptr, command.threads);
     if (!read) return tl::unexpected(read.error());
-    mr = std::move(*read);
-    command.warn(mr->warnings);
+    out.mr = std::move(*read);
+    command.warn(out.mr->warnings);
   }
-  const GreyVolume& weighed = mr ? mr->density : grey;
-  Result<LabelMap> labels;
-  if (!classes) {
-    labels = read_labels(command, settings.labels, settings.names, &grey.grid);
-    if (!labels) return tl::unexpected(labels.error());
-    command.warn(compare_sides(*labels));
-  } else {
-    SegmentOptions parting;
-    parting.threads = threads, parting.classes = &*classes;
-    parting.given = mr ? landmarks : given->landmarks;
-    if (!settings.convention.empty()) {
-      const auto by = convention(settings.convention);
-      if (!by) return tl::unexpected(by.error());
-      parting.convention = *by;
-    }
-    auto found = segment(mr ? flat_body(*mr) : grey, parting);
-    if (!found) return tl::unexpected(found.error());
-    command.warn(doubt_of_classes(weighed, *classes, threads));
-    command.warn(in_sentences(found->warnings));
-    verdict = in_words(verdict_of(*found));
-    completeness = completeness_of(found->part);
-    labels = std::move(found->labels), landmarks = std::move(found->landmarks);
+  return out;
+}
+
+// The parts of a body and its landmarks, with what is known of their quality.
+struct PartsToMeasure {
+  LabelMap labels;
+  Landmarks landmarks;
+  PartCompleteness completeness;
+  std::string verdict;
+};
+
+Result<PartsToMeasure> read_parts(const InertiaSettings& settings, const ScanToMeasure& body,
+                                  const GivenLandmarks& given, const Command& command) {
+  auto labels = read_labels(command, settings.labels, settings.names, &body.scan.volume.grid);
+  if (!labels) return tl::unexpected(labels.error());
+  command.warn(compare_sides(*labels));
+  return PartsToMeasure{std::move(*labels), given.all(), {}, {}};
+}
+
+// Finds the parts with the help of another program's classes.
+Result<PartsToMeasure> find_parts(const InertiaSettings& settings, const ScanToMeasure& body,
+                                  const GivenLandmarks& given, const Command& command) {
+  SegmentOptions parting;
+  parting.threads = command.threads, parting.classes = &*body.classes;
+  parting.given = body.mr ? given.all() : given.landmarks;
+  if (!settings.convention.empty()) {
+    const auto by = convention(settings.convention);
+    if (!by) return tl::unexpected(by.error());
+    parting.convention = *by;
   }
+  auto found = segment(body.mr ? flat_body(*body.mr) : body.scan.volume, parting);
+  if (!found) return tl::unexpected(found.error());
+  command.warn(doubt_of_classes(body.weighed(), *body.classes, command.threads));
+  command.warn(in_sentences(found->warnings));
+  PartsToMeasure out;
+  out.verdict = in_words(verdict_of(*found));
+  out.completeness = completeness_of(found->part);
+  out.labels = std::move(found->labels), out.landmarks = std::move(found->landmarks);
+  return out;
+}
+
+// Takes over what the findings say of the parts, and compares their volumes.
+Result<void> use_findings(const std::string& path, PartsToMeasure& parts, const Command& command) {
+  const auto findings = read_findings(path);
+  if (!findings) return tl::unexpected(findings.error());
+  parts.completeness = completeness_of(*findings);
+  auto told = read_verdict(path);
+  if (!told) return tl::unexpected(told.error());
+  parts.verdict = std::move(*told);
+  auto other = compare_volumes(*findings, parts.labels);
+  if (!other) return tl::unexpected(other.error());
+  command.warn(*other);
+  return {};
+}
+
+// Compares the parts with the other inputs.
+Result<void> check_parts(const InertiaSettings& settings, const ScanToMeasure& body,
+                         const GivenLandmarks& given, PartsToMeasure& parts, const Command& command) {
+  if (!settings.findings.empty())
+    if (auto used = use_findings(settings.findings, parts, command); !used) return used;
+  if (!settings.landmarks.empty() && !body.classes) {
+    auto elsewhere = compare_joints(given.all(), parts.labels);
+    if (!elsewhere) return tl::unexpected(elsewhere.error());
+    command.warn(*elsewhere);
+  }
+  if (same_grid(parts.labels.grid, body.weighed().grid)) {
+    const LabelsInAir air = labels_in_air(body.weighed(), parts.labels, command.threads);
+    doubt_what_is_air(air, parts.labels, parts.completeness);
+    command.warn(in_words(air, parts.labels));
+  }
+  return {};
+}
+
+Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, const Command& command) {
+  auto scan = read_volume(command, settings.volume, settings.quantity);
+  if (!scan) return tl::unexpected(scan.error());
+  const auto given = read_given_landmarks(command, settings.landmarks);
+  if (!given) return tl::unexpected(given.error());
+  auto options = measure_options(settings, *scan, command);
+  if (!options) return tl::unexpected(options.error());
+  auto body = read_tissues(settings, std::move(*scan), command);
+  if (!body) return tl::unexpected(body.error());
+  auto parts = (body->classes ? find_parts : read_parts)(settings, *body, *given, command);
+  if (!parts) return tl::unexpected(parts.error());
   command.warn(doubt_of_frames(settings.volume, settings.labels));
-  if (const auto all = parts_beside(settings.labels); !classes && !all.empty())
+  if (const auto all = parts_beside(settings.labels); !body->classes && !all.empty())
     command.warn(
         fmt::format("{} contains only the requested segments, so the rest of the body would count as their "
                     "skin; measure {} with --segments instead",
                     settings.labels, all));
-  auto asked = choose_segments(settings.segments, labels->names);
+  auto asked = choose_segments(settings.segments, parts->labels.names);
   if (!asked) return tl::unexpected(asked.error());
-  options.segments = std::move(*asked);
-  if (!settings.findings.empty()) {
-    const auto findings = read_findings(settings.findings);
-    if (!findings) return tl::unexpected(findings.error());
-    completeness = completeness_of(*findings);
-    auto told = read_verdict(settings.findings);
-    if (!told) return tl::unexpected(told.error());
-    verdict = std::move(*told);
-    auto other = compare_volumes(*findings, *labels);
-    if (!other) return tl::unexpected(other.error());
-    command.warn(*other);
-  }
-  if (!settings.landmarks.empty() && !classes) {
-    auto elsewhere = compare_joints(given->all(), *labels);
-    if (!elsewhere) return tl::unexpected(elsewhere.error());
-    command.warn(*elsewhere);
-  }
-  if (same_grid(labels->grid, weighed.grid)) {
-    const LabelsInAir air = labels_in_air(weighed, *labels, threads);
-    doubt_what_is_air(air, *labels, completeness);
-    command.warn(in_words(air, *labels));
-  }
-  if (mr) mr->density = densities_by_parts(*mr, *labels, options);
-  auto table = measure(weighed, std::move(*labels), landmarks, options, completeness);
+  options->segments = std::move(*asked);
+  if (auto fine = check_parts(settings, *body, *given, *parts, command); !fine)
+    return tl::unexpected(fine.error());
+  if (body->mr) body->mr->density = densities_by_parts(*body->mr, parts->labels, *options);
+  auto table =
+      measure(body->weighed(), std::move(parts->labels), parts->landmarks, *options, parts->completeness);
   if (!table) return tl::unexpected(table.error());
   const InputNames input_names(settings.keep_paths, {settings.volume, settings.labels, settings.names});
   table->source.volume = input_names.name_of(settings.volume);
-  table->source.quantity = scan->reading;
-  table->source.segmentation = verdict;
+  table->source.quantity = body->scan.reading;
+  table->source.segmentation = parts->verdict;
   command.warn(table->warnings);
-  if (options.frames == "isb" && table->source.frames != "isb") command.warn(std::string(no_isb_frames));
+  if (options->frames == "isb" && table->source.frames != "isb") command.warn(std::string(no_isb_frames));
   table->warnings = command.warnings();
   for (std::string& warning : table->warnings) warning = input_names.without_folders(std::move(warning));
   return table;

@@ -137,37 +137,44 @@ void print_outcome(const nlohmann::json& record, const fs::path& folder) {
   fmt::print("report: {}\n", (folder / "report.html").string());
 }
 
-Result<nlohmann::json> work(RunAsked asked, const Command& command) {
-  RunSettings& settings = asked.run;
-  if (!asked.quantity.empty()) {
-    const auto quantity = parse_quantity(asked.quantity);
-    if (!quantity) return tl::unexpected(quantity.error());
-    settings.quantity = *quantity;
-  }
+// Whether the labels are parts that replace the segmentation.
+bool parts_given(const RunSettings& settings) {
+  return !settings.labels.empty() && settings.label_mapping.empty();
+}
+
+// Whether the options of the labels and of the segmentation go together.
+Result<void> check_labels(const RunAsked& asked) {
+  const RunSettings& settings = asked.run;
   if (settings.labels.empty() && !settings.label_names.empty())
     return bad_use("--label-names", "applies only with --labels; give both, or neither");
   if (settings.labels.empty() && !settings.label_mapping.empty())
     return bad_use("--label-mapping", "applies only with --labels; give both, or neither");
-  if (!settings.labels.empty() && settings.label_mapping.empty() && asked.work_grid_chosen)
+  if (parts_given(settings) && asked.work_grid_chosen)
     return bad_use("--work-grid",
                    "has no effect with --labels, which gives the parts; leave one of the two out");
-  if (settings.labels.empty() || !settings.label_mapping.empty())
+  if (!parts_given(settings)) {
     if (const auto known = convention(settings.convention); !known)
       return bad_use(
           "--convention " + settings.convention,
           "applies only to --labels that were cut by it; to find parts, choose deleva1996, dempster or bone");
-  if (settings.labels.empty() || !settings.label_mapping.empty())
     if (const auto segments = choose_segments(settings.segments); !segments)
       return tl::unexpected(segments.error());
+  }
   if (const auto absent = parse_absent(settings.absent); !absent) return tl::unexpected(absent.error());
-  if (!settings.absent.empty() && !settings.labels.empty() && settings.label_mapping.empty())
+  if (!settings.absent.empty() && parts_given(settings))
     return bad_use("--absent",
                    "has no effect with --labels, which gives the parts; leave one of the two out");
+  return {};
+}
+
+// Puts the wanted tolerances of table and motion into the settings.
+Result<void> use_tolerances(RunAsked& asked) {
+  RunSettings& settings = asked.run;
   if (!asked.table_tolerance.empty()) {
     if (asked.work_grid_chosen)
       return bad_use("--table-tolerance",
                      "chooses the work grid itself; leave out --table-tolerance or --work-grid");
-    if (!settings.labels.empty() && settings.label_mapping.empty())
+    if (parts_given(settings))
       return bad_use("--table-tolerance",
                      "has no effect with --labels, which gives the parts; leave one of the two out");
     const auto tolerance = parse_tolerance(asked.table_tolerance);
@@ -178,27 +185,37 @@ Result<nlohmann::json> work(RunAsked asked, const Command& command) {
     const auto tolerance = parse_tolerance(asked.model_tolerance);
     if (!tolerance) return tl::unexpected(tolerance.error());
     settings.model_tolerance = *tolerance;
-    const bool parts_given = !settings.labels.empty() && settings.label_mapping.empty();
-    if (asked.table_tolerance.empty() && !asked.work_grid_chosen && !parts_given)
+    if (asked.table_tolerance.empty() && !asked.work_grid_chosen && !parts_given(settings))
       settings.table_tolerance = *tolerance;
   }
+  return {};
+}
+
+// Whether the options of the motion go together.
+Result<void> check_motion(const RunAsked& asked) {
+  const RunSettings& settings = asked.run;
   if (!settings.motion_quantities.empty() && asked.model_tolerance.empty())
     return bad_use("--keep", "applies only with --model-tolerance; give both, or neither");
   if (asked.tolerance_chosen && !settings.method.empty() && !method_is_adaptive(settings.method))
     return bad_use("--tolerance", "has no effect with " + settings.method +
                                       ", whose steps have a fixed length; give --step");
-  if (auto fine = check_captured(settings); !fine) return tl::unexpected(fine.error());
-  if (settings.skin && settings.deface)
-    return bad_use("--skin", "writes the face, which --deface removes; leave one of the two out");
-  if (!asked.video.file.empty()) {
-    if (fs::path(asked.video.file).has_parent_path())
-      return bad_use("--video " + asked.video.file,
-                     "must be a file name without folders; the video goes to the run's folder");
-    auto options = video_options(asked.video);
-    if (!options) return tl::unexpected(options.error());
-    settings.video = asked.video.file;
-    settings.video_options = *options;
-  }
+  return check_captured(settings);
+}
+
+Result<void> use_video(const VideoAsked& video, RunSettings& settings) {
+  if (video.file.empty()) return {};
+  if (fs::path(video.file).has_parent_path())
+    return bad_use("--video " + video.file,
+                   "must be a file name without folders; the video goes to the run's folder");
+  auto options = video_options(video);
+  if (!options) return tl::unexpected(options.error());
+  settings.video = video.file;
+  settings.video_options = *options;
+  return {};
+}
+
+// Names the subject, if the user does not, and the run's folder in the folder `out`.
+Result<void> name_folder(const std::string& out, RunSettings& settings) {
   if (settings.subject.empty()) {
     auto name = name_of_input(settings.volume, settings.keep_paths);
     if (!name) return tl::unexpected(name.error());
@@ -207,45 +224,80 @@ Result<nlohmann::json> work(RunAsked asked, const Command& command) {
   if (settings.subject.find('/') != std::string::npos || settings.subject.starts_with('.'))
     return bad_use("--subject " + settings.subject,
                    "is not a folder name; it must not contain '/' or begin with '.'");
-  settings.folder = fs::path(asked.out) / settings.subject;
-  settings.threads = command.threads;
+  settings.folder = fs::path(out) / settings.subject;
   if (lies_within(settings.folder, settings.volume))
     return bad_use(
         settings.folder.string(),
         fmt::format("lies within the scan's folder {}; name another folder with --output", settings.volume));
+  return {};
+}
 
-  std::optional<ProgressBar> bar(std::in_place, command.json);
-  StageObserver observer;
-  std::set<std::string> at_work;
-  observer.begins = [&](const Stage& stage) {
-    at_work.insert(stage.name);
-    bar->begin(stage.name);
-  };
-  observer.progress = [&](const Stage& stage, double share) { bar->update(share, stage.name); };
-  observer.ends = [&](const Stage& stage, double seconds) {
-    at_work.erase(stage.name);
-    bar->end(fmt::format("{:.2f} s", seconds), stage.name);
-  };
-  observer.fails = [&](const Stage& stage, const Error& error) {
-    const bool begun = at_work.erase(stage.name) > 0;
-    if (at_work.empty()) return;  // no other stage can run for long now: reported at the end
-    if (!begun) bar->begin(stage.name);
-    bar->end("failed: " + error.message(), stage.name);
-  };
-  observer.skipped = [&](const Stage& stage) {
-    bar->begin(stage.name);
-    bar->end("already done", stage.name);
-  };
-  std::vector<std::string> warnings;
-  observer.warns = [&](const Stage& stage, const std::string& warning) {
-    warnings.push_back(stage.name + ": " + warning);
-  };
-  const auto record = run(settings, command.force, observer);
-  bar.reset();
-  if (!record) {  // the warnings may explain it
-    command.warn(warnings);
-    return record;
+// Shows the stages of a run as they begin, go on and end.
+class ShownStages {
+ public:
+  explicit ShownStages(bool quiet) : bar_(quiet) {}
+
+  StageObserver observer() {
+    StageObserver out;
+    out.begins = [this](const Stage& stage) {
+      at_work_.insert(stage.name);
+      bar_.begin(stage.name);
+    };
+    out.progress = [this](const Stage& stage, double share) { bar_.update(share, stage.name); };
+    out.ends = [this](const Stage& stage, double seconds) {
+      at_work_.erase(stage.name);
+      bar_.end(fmt::format("{:.2f} s", seconds), stage.name);
+    };
+    out.fails = [this](const Stage& stage, const Error& error) {
+      const bool begun = at_work_.erase(stage.name) > 0;
+      if (at_work_.empty()) return;  // no other stage can run for long now: reported at the end
+      if (!begun) bar_.begin(stage.name);
+      bar_.end("failed: " + error.message(), stage.name);
+    };
+    out.skipped = [this](const Stage& stage) {
+      bar_.begin(stage.name);
+      bar_.end("already done", stage.name);
+    };
+    out.warns = [this](const Stage& stage, const std::string& warning) {
+      warnings_.push_back(stage.name + ": " + warning);
+    };
+    return out;
   }
+  const std::vector<std::string>& warnings() const { return warnings_; }
+
+ private:
+  ProgressBar bar_;
+  std::set<std::string> at_work_;
+  std::vector<std::string> warnings_;
+};
+
+Result<nlohmann::json> run_shown(const RunSettings& settings, const Command& command) {
+  std::optional<ShownStages> shown(std::in_place, command.json);
+  const auto record = run(settings, command.force, shown->observer());
+  const std::vector<std::string> warnings = shown->warnings();
+  shown.reset();                        // ends the progress bar
+  if (!record) command.warn(warnings);  // they may explain it
+  return record;
+}
+
+Result<nlohmann::json> work(RunAsked asked, const Command& command) {
+  RunSettings& settings = asked.run;
+  if (!asked.quantity.empty()) {
+    const auto quantity = parse_quantity(asked.quantity);
+    if (!quantity) return tl::unexpected(quantity.error());
+    settings.quantity = *quantity;
+  }
+  if (auto fine = check_labels(asked); !fine) return tl::unexpected(fine.error());
+  if (auto fine = use_tolerances(asked); !fine) return tl::unexpected(fine.error());
+  if (auto fine = check_motion(asked); !fine) return tl::unexpected(fine.error());
+  if (settings.skin && settings.deface)
+    return bad_use("--skin", "writes the face, which --deface removes; leave one of the two out");
+  if (auto fine = use_video(asked.video, settings); !fine) return tl::unexpected(fine.error());
+  if (auto fine = name_folder(asked.out, settings); !fine) return tl::unexpected(fine.error());
+  settings.threads = command.threads;
+
+  const auto record = run_shown(settings, command);
+  if (!record) return record;
   for (const auto& stage : (*record)["stages"])
     for (const auto& note : stage.value("notes", nlohmann::json::array()))
       command.note(stage["stage"].get<std::string>() + ": " + note.get<std::string>());
@@ -394,8 +446,7 @@ void add_run(CLI::App& program, Command& command) {
     // with given labels no grid is used to find parts: the stored settings contain none and can be run again
     const bool picked =
         !asked->table_tolerance.empty() || (!asked->model_tolerance.empty() && !asked->work_grid_chosen);
-    if ((!asked->run.labels.empty() && asked->run.label_mapping.empty()) || picked)
-      verb->get_option("--work-grid")->configurable(false);
+    if (parts_given(asked->run) || picked) verb->get_option("--work-grid")->configurable(false);
     asked->run.settings_text =
         asked->run.keep_paths ? settings_text(*verb) : settings_without_paths(*verb, asked->run);
     command.work = [asked](const Command& chosen) { return work(*asked, chosen); };

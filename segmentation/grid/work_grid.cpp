@@ -141,6 +141,226 @@ std::vector<char> padded_slices(const GreyVolume& volume, int padding, int threa
   return padded;
 }
 
+// Writes the mean of trilinear samples over each work voxel: over a box along the scan's own axes, as wide as
+// the work voxel, with as many samples as the scan has voxels in it (1 to 4 per axis).
+class BoxMeans {
+ public:
+  BoxMeans(const GreyVolume& scan, WorkVolume& out)
+      : scan_(scan),
+        grid_(out.hu.grid),
+        out_(out),
+        to_index_(scan.grid.axes.inverse()),
+        width_((grid_.axes(0, 0) / scan.grid.spacing().array()).matrix()) {
+    for (int c = 0; c < 3; ++c)
+      samples_[static_cast<std::size_t>(c)] = std::clamp(static_cast<int>(std::lround(width_[c])), 1, 4);
+    for (int c = 0; c < samples_[2]; ++c)
+      for (int b = 0; b < samples_[1]; ++b)
+        for (int a = 0; a < samples_[0]; ++a) shifts_.emplace_back(shift(0, a), shift(1, b), shift(2, c));
+  }
+
+  // The scan's voxels whose means these are along one axis, if the scan's axes are those of the work grid.
+  Windows windows_along(int c) const {
+    const auto axis = static_cast<std::size_t>(c);
+    Windows windows(static_cast<std::size_t>(grid_.size[axis]));
+    std::vector<double> samples(static_cast<std::size_t>(samples_[axis]));
+    for (std::int64_t m = 0; m < grid_.size[axis]; ++m) {
+      for (int s = 0; s < samples_[axis]; ++s)
+        samples[static_cast<std::size_t>(s)] =
+            index_at(c == 0 ? m : 0, c == 1 ? m : 0, c == 2 ? m : 0)[c] + shift(c, s);
+      windows.add(static_cast<std::size_t>(m), samples, scan_.grid.size[axis]);
+    }
+    return windows;
+  }
+
+  // A work voxel without padding.
+  void put_seen(std::size_t offset, double mean) {
+    out_.seen.voxels[offset] = 1;
+    put(offset, mean);
+  }
+  // A work voxel of padding alone.
+  void put_unseen(std::size_t offset) { out_.hu.voxels[offset] = air; }
+  // Any work voxel: takes the samples that the scan shows.
+  void put_samples(std::int64_t i, std::int64_t j, std::int64_t k) {
+    const Vector3d index = index_at(i, j, k);
+    double sum = 0;
+    std::size_t held = 0;
+    for (const auto& aside : shifts_) {
+      double value = 0;
+      if (!sample(scan_, index + aside, value)) continue;
+      sum += value;
+      ++held;
+    }
+    const std::size_t offset = grid_.offset(i, j, k);
+    out_.seen.voxels[offset] = 2 * held > shifts_.size();
+    if (held == 0)
+      put_unseen(offset);
+    else
+      put(offset, sum / static_cast<double>(held));
+  }
+
+ private:
+  static constexpr std::int16_t air = -1000;
+
+  void put(std::size_t offset, double mean) {
+    out_.hu.voxels[offset] = static_cast<std::int16_t>(nearest_whole(hu_of(mean, scan_.quantity)));
+  }
+  // of sample m along axis c from the work voxel's centre, in scan voxels
+  double shift(int c, int m) const {
+    return width_[c] * ((m + 0.5) / samples_[static_cast<std::size_t>(c)] - 0.5);
+  }
+  Vector3d index_at(std::int64_t i, std::int64_t j, std::int64_t k) const {
+    return to_index_ * (grid_.point(i, j, k) - scan_.grid.origin);
+  }
+
+  const GreyVolume& scan_;
+  const Grid& grid_;
+  WorkVolume& out_;
+  Eigen::Matrix3d to_index_;
+  Vector3d width_;  // of a work voxel, in scan voxels
+  std::array<int, 3> samples_{};
+  std::vector<Vector3d> shifts_;
+};
+
+void put_sampled_means(BoxMeans& means, const Grid& grid, int threads) {
+  in_slabs(grid.size[2], threads, [&](std::int64_t k0, std::int64_t k1) {
+    for (std::int64_t k = k0; k < k1; ++k)
+      for (std::int64_t j = 0; j < grid.size[1]; ++j)
+        for (std::int64_t i = 0; i < grid.size[0]; ++i) means.put_samples(i, j, k);
+  });
+}
+
+// A scan whose axes are those of the work grid, with the windows along them.
+struct AlignedScan {
+  const GreyVolume& volume;
+  int padding;
+  Windows x, y, z;
+  std::vector<char> padded;  // see padded_slices
+
+  std::size_t row() const { return static_cast<std::size_t>(volume.grid.size[0]); }
+  std::size_t slice() const { return row() * static_cast<std::size_t>(volume.grid.size[1]); }
+};
+
+// The means of one work row after the other: over the scan's slices, then its rows, then its voxels. Slices
+// without padding need no extremes.
+class SeparateMeans {
+ public:
+  enum class Content {
+    seen,
+    padding,
+    other  // at the scan's border, or both padding and tissue
+  };
+
+  explicit SeparateMeans(const AlignedScan& scan)
+      : scan_(scan),
+        of_slices_(scan.slice()),
+        of_rows_(scan.row() + scan.x.weights.size()),
+        means_(scan.x.first.size()),
+        slice_extremes_(of_slices_.size()),
+        row_extremes_(of_rows_.size()),
+        extremes_(means_.size()) {}
+
+  void go_to_slice(std::size_t k) {
+    const Windows& z = scan_.z;
+    slices_.clear();
+    whole_ = true;
+    slice_inside_ = z.inside[k];
+    for (std::size_t c = 0; slice_inside_ && c < z.weights.size(); ++c) {
+      if (c > 0 && z.weights[c][k] == 0) continue;
+      slices_.add(scan_.volume.voxels.data() + (z.first[k] + c) * scan_.slice(), z.weights[c][k]);
+      whole_ = whole_ && !scan_.padded[z.first[k] + c];
+    }
+    sum_of(slices_, scan_.slice(), of_slices_.data());
+    for (std::size_t c = 0; !whole_ && c < slices_.rows.size(); ++c)
+      slice_extremes_.add(c == 0, scan_.slice(), slices_.rows[c], slices_.rows[c]);
+  }
+
+  void go_to_row(std::size_t j) {
+    const Windows& y = scan_.y;
+    inside_ = slice_inside_ && y.inside[j];
+    if (!inside_) return;
+    const std::size_t nx = scan_.row();
+    rows_.clear();
+    for (std::size_t b = 0; b < y.weights.size(); ++b) {
+      if (b > 0 && y.weights[b][j] == 0) continue;
+      const std::size_t row = (y.first[j] + b) * nx;
+      rows_.add(of_slices_.data() + row, y.weights[b][j]);
+      if (!whole_) row_extremes_.add(b == 0, nx, &slice_extremes_.least[row], &slice_extremes_.most[row]);
+    }
+    sum_of(rows_, nx, of_rows_.data());
+    find_means();
+    if (!whole_) find_extremes();
+  }
+
+  Content content(std::size_t i) const {
+    if (!inside_ || !scan_.x.inside[i]) return Content::other;
+    if (whole_ || extremes_.least[i] >= scan_.padding) return Content::seen;
+    return extremes_.most[i] < scan_.padding ? Content::padding : Content::other;
+  }
+  double mean(std::size_t i) const { return means_[i]; }
+
+ private:
+  void find_means() {
+    const Windows& x = scan_.x;
+    for (std::size_t i = 0; i < means_.size(); ++i) {
+      const double* const from = of_rows_.data() + x.first[i];
+      double mean = 0;
+      for (std::size_t a = 0; a < x.weights.size(); ++a) mean += x.weights[a][i] * from[a];
+      means_[i] = mean;
+    }
+  }
+  void find_extremes() {
+    const Windows& x = scan_.x;
+    for (std::size_t i = 0; i < means_.size(); ++i)
+      for (std::size_t a = 0; a < x.weights.size(); ++a) {
+        const std::int16_t low = row_extremes_.least[x.first[i] + a],
+                           high = row_extremes_.most[x.first[i] + a];
+        extremes_.least[i] = a == 0 ? low : std::min(extremes_.least[i], low);
+        extremes_.most[i] = a == 0 ? high : std::max(extremes_.most[i], high);
+      }
+  }
+
+  const AlignedScan& scan_;
+  std::vector<double> of_slices_, of_rows_, means_;
+  Extremes slice_extremes_, row_extremes_, extremes_;
+  WeightedRows<std::int16_t> slices_;
+  WeightedRows<double> rows_;
+  bool whole_ = true;                           // no padding in the slices
+  bool slice_inside_ = false, inside_ = false;  // all of the slice's, the row's samples lie in the scan
+};
+
+// Aligned axes: the mean separates into means over slices, rows and voxels, except for work voxels at the
+// scan's borders and those that contain both padding and tissue.
+void put_separate_means(const GreyVolume& volume, BoxMeans& means, const Grid& grid, int threads) {
+  const int padding = padding_of(volume);
+  const AlignedScan scan{volume,
+                         padding,
+                         means.windows_along(0),
+                         means.windows_along(1),
+                         means.windows_along(2),
+                         padded_slices(volume, padding, threads)};
+  in_slabs(grid.size[2], threads, [&](std::int64_t k0, std::int64_t k1) {
+    SeparateMeans separate(scan);
+    for (std::int64_t k = k0; k < k1; ++k) {
+      separate.go_to_slice(static_cast<std::size_t>(k));
+      for (std::int64_t j = 0; j < grid.size[1]; ++j) {
+        separate.go_to_row(static_cast<std::size_t>(j));
+        const std::size_t first = grid.offset(0, j, k);
+        for (std::size_t i = 0; i < static_cast<std::size_t>(grid.size[0]); ++i)
+          switch (separate.content(i)) {
+            case SeparateMeans::Content::seen:
+              means.put_seen(first + i, separate.mean(i));
+              break;
+            case SeparateMeans::Content::padding:
+              means.put_unseen(first + i);
+              break;
+            case SeparateMeans::Content::other:
+              means.put_samples(static_cast<std::int64_t>(i), j, k);
+          }
+      }
+    }
+  });
+}
+
 }  // namespace
 
 bool sample(const GreyVolume& volume, const Vector3d& index, double& value) {
@@ -248,132 +468,14 @@ WorkVolume resampled(const GreyVolume& volume, double step, int threads) {
   return resampled(volume, work_grid(volume, step, threads), threads);
 }
 
-WorkVolume resampled(const GreyVolume& volume, const Grid& g, int threads) {
-  const double step = g.axes(0, 0);
-  WorkVolume out{{g, std::vector<std::int16_t>(g.count())}, {g, std::vector<std::uint8_t>(g.count(), 0)}};
-  constexpr std::int16_t air = -1000;
-
-  // samples over a box along the scan's own axes, as wide as a work voxel: as many as the scan has voxels in
-  // it (1 to 4 per axis)
-  const Eigen::Matrix3d to_index = volume.grid.axes.inverse();
-  const Vector3d width = (step / volume.grid.spacing().array()).matrix();
-  std::array<int, 3> n{};
-  for (int c = 0; c < 3; ++c)
-    n[static_cast<std::size_t>(c)] = std::clamp(static_cast<int>(std::lround(width[c])), 1, 4);
-  const auto shift = [&](int c, int m) {
-    return width[c] * ((m + 0.5) / n[static_cast<std::size_t>(c)] - 0.5);
-  };
-  std::vector<Vector3d> shifts;
-  for (int c = 0; c < n[2]; ++c)
-    for (int b = 0; b < n[1]; ++b)
-      for (int a = 0; a < n[0]; ++a) shifts.emplace_back(shift(0, a), shift(1, b), shift(2, c));
-  const auto index_at = [&](std::int64_t i, std::int64_t j, std::int64_t k) -> Vector3d {
-    return to_index * (g.point(i, j, k) - volume.grid.origin);
-  };
-  const auto put = [&](std::size_t o, double mean) {
-    out.hu.voxels[o] = static_cast<std::int16_t>(nearest_whole(hu_of(mean, volume.quantity)));
-  };
-  const auto put_samples = [&](std::int64_t i, std::int64_t j, std::int64_t k) {
-    const Vector3d index = index_at(i, j, k);
-    double sum = 0;
-    std::size_t held = 0;
-    for (const auto& aside : shifts) {
-      double value = 0;
-      if (!sample(volume, index + aside, value)) continue;
-      sum += value;
-      ++held;
-    }
-    const std::size_t o = g.offset(i, j, k);
-    out.seen.voxels[o] = 2 * held > shifts.size();
-    if (held == 0)
-      out.hu.voxels[o] = air;
-    else
-      put(o, sum / static_cast<double>(held));
-  };
-  if (!volume.grid.axes.isDiagonal(0)) {
-    in_slabs(g.size[2], threads, [&](std::int64_t k0, std::int64_t k1) {
-      for (std::int64_t k = k0; k < k1; ++k)
-        for (std::int64_t j = 0; j < g.size[1]; ++j)
-          for (std::int64_t i = 0; i < g.size[0]; ++i) put_samples(i, j, k);
-    });
-    return out;
-  }
-  // Aligned axes: the mean separates into means over slices, rows and voxels, except for work voxels at the
-  // scan's borders and those that contain both padding and tissue.
-  const auto windows_along = [&](int c) {
-    const auto axis = static_cast<std::size_t>(c);
-    Windows windows(static_cast<std::size_t>(g.size[axis]));
-    std::vector<double> samples(static_cast<std::size_t>(n[axis]));
-    for (std::int64_t m = 0; m < g.size[axis]; ++m) {
-      for (int s = 0; s < n[axis]; ++s)
-        samples[static_cast<std::size_t>(s)] =
-            index_at(c == 0 ? m : 0, c == 1 ? m : 0, c == 2 ? m : 0)[c] + shift(c, s);
-      windows.add(static_cast<std::size_t>(m), samples, volume.grid.size[axis]);
-    }
-    return windows;
-  };
-  const Windows x = windows_along(0), y = windows_along(1), z = windows_along(2);
-  const int padding = padding_of(volume);
-  const auto width_of_row = static_cast<std::size_t>(g.size[0]);
-  const auto nx = static_cast<std::size_t>(volume.grid.size[0]),
-             slice = nx * static_cast<std::size_t>(volume.grid.size[1]);
-  // slices without padding need no extremes
-  const std::vector<char> padded = padded_slices(volume, padding, threads);
-  in_slabs(g.size[2], threads, [&](std::int64_t k0, std::int64_t k1) {
-    std::vector<double> of_slices(slice), of_rows(nx + x.weights.size()), means(width_of_row);
-    Extremes slice_extremes(slice), row_extremes(nx + x.weights.size()), extremes(width_of_row);
-    WeightedRows<std::int16_t> slices;
-    WeightedRows<double> rows;
-    for (std::int64_t k = k0; k < k1; ++k) {
-      const auto kz = static_cast<std::size_t>(k);
-      slices.clear();
-      bool whole = true;  // no padding
-      for (std::size_t c = 0; z.inside[kz] && c < z.weights.size(); ++c) {
-        if (c > 0 && z.weights[c][kz] == 0) continue;
-        slices.add(volume.voxels.data() + (z.first[kz] + c) * slice, z.weights[c][kz]);
-        whole = whole && !padded[z.first[kz] + c];
-      }
-      sum_of(slices, slice, of_slices.data());
-      for (std::size_t c = 0; !whole && c < slices.rows.size(); ++c)
-        slice_extremes.add(c == 0, slice, slices.rows[c], slices.rows[c]);
-      for (std::int64_t j = 0; j < g.size[1]; ++j) {
-        const auto jy = static_cast<std::size_t>(j);
-        const bool among = z.inside[kz] && y.inside[jy];
-        rows.clear();
-        for (std::size_t b = 0; among && b < y.weights.size(); ++b) {
-          if (b > 0 && y.weights[b][jy] == 0) continue;
-          const std::size_t row = (y.first[jy] + b) * nx;
-          rows.add(of_slices.data() + row, y.weights[b][jy]);
-          if (!whole) row_extremes.add(b == 0, nx, &slice_extremes.least[row], &slice_extremes.most[row]);
-        }
-        sum_of(rows, nx, of_rows.data());
-        for (std::size_t i = 0; among && i < width_of_row; ++i) {
-          const double* const from = of_rows.data() + x.first[i];
-          double mean = 0;
-          for (std::size_t a = 0; a < x.weights.size(); ++a) mean += x.weights[a][i] * from[a];
-          means[i] = mean;
-          for (std::size_t a = 0; !whole && a < x.weights.size(); ++a) {
-            const std::int16_t low = row_extremes.least[x.first[i] + a],
-                               high = row_extremes.most[x.first[i] + a];
-            extremes.least[i] = a == 0 ? low : std::min(extremes.least[i], low);
-            extremes.most[i] = a == 0 ? high : std::max(extremes.most[i], high);
-          }
-        }
-        const std::size_t first = g.offset(0, j, k);
-        for (std::size_t i = 0; i < width_of_row; ++i) {
-          const bool inside = among && x.inside[i];
-          if (inside && (whole || extremes.least[i] >= padding)) {
-            out.seen.voxels[first + i] = 1;
-            put(first + i, means[i]);
-          } else if (inside && extremes.most[i] < padding) {
-            out.hu.voxels[first + i] = air;
-          } else {
-            put_samples(static_cast<std::int64_t>(i), j, k);
-          }
-        }
-      }
-    }
-  });
+WorkVolume resampled(const GreyVolume& volume, const Grid& grid, int threads) {
+  WorkVolume out{{grid, std::vector<std::int16_t>(grid.count())},
+                 {grid, std::vector<std::uint8_t>(grid.count(), 0)}};
+  BoxMeans means(volume, out);
+  if (volume.grid.axes.isDiagonal(0))
+    put_separate_means(volume, means, grid, threads);
+  else
+    put_sampled_means(means, grid, threads);
   return out;
 }
 

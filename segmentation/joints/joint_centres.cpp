@@ -1,6 +1,5 @@
 #include "segmentation/joints/joint_centres.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -11,7 +10,7 @@
 #include <vector>
 
 #include "segmentation/joints/bent_joints.hpp"
-#include "segmentation/joints/hinges.hpp"
+#include "segmentation/joints/joint_end.hpp"
 #include "segmentation/joints/joints_along_way.hpp"
 #include "segmentation/joints/limb_lengths.hpp"
 #include "segmentation/joints/lone_heads.hpp"
@@ -22,144 +21,20 @@ namespace {
 
 using Eigen::Vector3d;
 
-// A section of bone perpendicular to a direction.
-struct Section {
-  Vector3d centre = Vector3d::Zero();  // mean of its bone, projected onto the section's plane
-  Vector3d middle = Vector3d::Zero();  // midway between its ends along `wide`
-  Vector3d wide = Vector3d::UnitX();   // unit direction of largest extent
-  double ratio = 1;                    // of its standard deviations, largest to smallest
-  double area = 0;
-};
-
-template <class Visit>
-void near_bone(const Anatomy& a, const Limbs& limbs, Limb limb, const Vector3d& point, double reach,
-               const Visit& visit) {
-  const auto& g = a.grid();
-  const Vector3d low = g.index(point - Vector3d::Constant(reach)),
-                 high = g.index(point + Vector3d::Constant(reach));
-  for (auto k = std::lround(low[2]); k <= std::lround(high[2]); ++k)
-    for (auto j = std::lround(low[1]); j <= std::lround(high[1]); ++j)
-      for (auto i = std::lround(low[0]); i <= std::lround(high[0]); ++i) {
-        if (!g.holds(i, j, k) || !a.bone.at(i, j, k)) continue;
-        if (limbs.territory.owner.at(i, j, k) != static_cast<std::uint8_t>(limb)) continue;
-        const Vector3d p = g.point(i, j, k);
-        if ((p - point).norm() < reach) visit(p);
-      }
-}
-
-Section section_of(const Anatomy& a, const Limbs& limbs, Limb limb, const Vector3d& point,
-                   const Vector3d& along, double half, double reach) {
-  Section out;
-  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
-  Vector3d sum = Vector3d::Zero();
-  double count = 0;
-  near_bone(a, limbs, limb, point, reach, [&](const Vector3d& p) {
-    if (std::abs((p - point).dot(along)) > half) return;
-    sum += p;
-    second += p * p.transpose();
-    ++count;
-  });
-  out.centre = out.middle = point;
-  if (count < 4) return out;
-  out.centre = sum / count;
-  const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - along * along.transpose();
-  const Eigen::Matrix3d spread = across * (second / count - out.centre * out.centre.transpose()) * across;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(spread);
-  out.wide = solver.eigenvectors().col(2);
-  out.ratio = std::sqrt(solver.eigenvalues()[2] / std::max(1e-9, solver.eigenvalues()[1]));
-  out.area = count * std::pow(a.step(), 3) / (2 * half);
-  double low = 0, high = 0;
-  near_bone(a, limbs, limb, point, reach, [&](const Vector3d& p) {
-    if (std::abs((p - point).dot(along)) > half) return;
-    low = std::min(low, (p - out.centre).dot(out.wide));
-    high = std::max(high, (p - out.centre).dot(out.wide));
-  });
-  out.centre -= (out.centre - point).dot(along) * along;
-  out.middle = out.centre + 0.5 * (low + high) * out.wide;
-  return out;
-}
-
-// A bone's broad end: the centre on the joint's axis, and the axis' ends at the bone's sides.
-struct JointEnd {
-  Vector3d centre, medial, lateral;
-  double radius = 0;
-  double deviation = 0;
-  bool measured = false;  // on a cylinder that the bone's edges agree on
-};
-
 constexpr double child_size = 0.8;  // largest body size of a child, relative to an adult
-
-// deviation of an elbow or knee from outlines alone, mm: on slices of 5 and 8 mm phantoms come out 8 to 20 mm
-// too proximal (`landmark_trials`, tests/suite); the ICRP male, whose bones are broadest more distally, less
-constexpr double by_outline = 9.5;
-
-struct Cylinder {
-  double reach, least, most, search;  // see fit_hinge; mm
-  double inner, outer;                // range along the axis in which the bone's sides are searched, mm
-  double agree;                       // fraction of the rays that must agree on the cylinder
-  double faces;  // 1: the joint's surface faces down the limb; 0: bone continues on all sides of it
-  double above;  // mm up the limb; the section there is centred on the joint and widest along its axis
-  bool farthest = false;  // see fit_hinge: on large voxels, the cylinder farthest down the limb
-};
-
-// distance to the farthest end of bone along a direction
-std::optional<double> side_of_bone(const CloseUp& view, const Vector3d& from, const Vector3d& direction,
-                                   double inner, double outer) {
-  const auto falls = falls_along(view, from, direction, inner, outer);
-  return falls.empty() ? std::nullopt : std::optional(falls.back());
-}
-
-// `bent`: gives centre and axis if the outlines of the next bone lie beside this one's.
-JointEnd joint_end(const Anatomy& a, const Limbs& limbs, Limb limb, int side, const Vector3d& point,
-                   const Vector3d& along, const Vector3d& left, const Cylinder& shape,
-                   const std::optional<BentJoint>& bent = std::nullopt) {
-  const Section s = section_of(a, limbs, limb, point - shape.above * along, along, 6, shape.outer);
-  Vector3d axis = (left - left.dot(along) * along).normalized();
-  if (s.ratio > 1.15) axis = s.wide;
-  if (bent) axis = bent->axis;
-  if (axis.dot(left) < 0) axis = -axis;
-  const Vector3d near = bent ? bent->centre : s.centre + shape.above * along;
-  JointEnd end{near, near, near, 0, by_outline, false};
-  const CloseUp view = close_up(*a.source, near, shape.outer + shape.search + 8);
-  const bool farthest = shape.farthest && !bent;
-  const auto hinge = fit_hinge(view, near, axis, shape.faces * along, shape.reach, shape.least, shape.most,
-                               shape.search, farthest);
-  if (hinge && hinge->score >= shape.agree) {
-    axis = hinge->axis;
-    // On voxels of 5 mm the farthest cylinder was the joint's in all 60 elbows tested, 10 to 20 mm below the
-    // place from the outlines. An alternative of equal score has a chance of one in sixteen.
-    constexpr double by_chance = 0.25, below_outlines = 5;
-    const bool of_shaft = farthest && (hinge->point - near).dot(along) < below_outlines;
-    const double deviation = std::hypot(std::max(1.5, 2 * hinge->deviation), by_chance * hinge->other);
-    end = {hinge->point,
-           hinge->point,
-           hinge->point,
-           of_shaft ? 0 : hinge->radius,
-           of_shaft ? by_outline : deviation,
-           !of_shaft};
-  }
-  const auto to_left = side_of_bone(view, end.centre, axis, shape.inner, shape.outer);
-  const auto to_right = side_of_bone(view, end.centre, -axis, shape.inner, shape.outer);
-  const double l = to_left.value_or(0.5 * (shape.inner + shape.outer)),
-               r = to_right.value_or(0.5 * (shape.inner + shape.outer));
-  const Vector3d at_left = end.centre + l * axis, at_right = end.centre - r * axis;
-  if (to_left && to_right) end.centre = 0.5 * (at_left + at_right);
-  end.lateral = side == left_side ? at_left : at_right;
-  end.medial = side == left_side ? at_right : at_left;
-  return end;
-}
 
 Landmark found(const Vector3d& point, double deviation, const char* source, double radius = 0) {
   return {point, deviation, radius, source};
 }
 
 // If the scan's edge hides one side of a bone, that side's deviation is the bone's width.
-void put_sides(const Anatomy& a, Landmarks& marks, const std::string& joint, const std::string& at,
-               const JointEnd& end, double deviation, const char* source) {
+void put_sides(const LimbInBody& limb, const std::string& joint, const JointEnd& end, double deviation,
+               const char* source, Landmarks& marks) {
   const double wide = (end.lateral - end.medial).norm();
   for (const auto& [name, point] : {std::pair{"_medial", end.medial}, {"_lateral", end.lateral}})
-    marks[joint + name + at] =
-        found(point, a.near_edge(point, 2 * a.step()) ? std::max(deviation, wide) : deviation, source);
+    marks[joint + name + limb.suffix] = found(
+        point, limb.anatomy.near_edge(point, 2 * limb.anatomy.step()) ? std::max(deviation, wide) : deviation,
+        source);
 }
 
 // Tip of a malleolus: the farthest end of bone along the limb, on lines from its side at the joint's level,
@@ -190,7 +65,7 @@ std::optional<Vector3d> malleolus_tip(const CloseUp& view, const Vector3d& side,
 // Signed distance along a limb from `line` to the middle of the gap between the bone above and the next one,
 // mm. It is robust over lines that begin in the bone, `up` mm above. Empty if the scan does not resolve a
 // gap.
-std::optional<double> gap_below(const CloseUp& view, const Section& section, const Vector3d& line,
+std::optional<double> gap_below(const CloseUp& view, const BoneSection& section, const Vector3d& line,
                                 const Vector3d& along, double up) {
   constexpr double bone = 165, most = 16;               // CT number; the gap, mm
   const double least = std::max(1.5, 0.9 * view.blur);  // less may be noise at a bone's side
@@ -221,37 +96,16 @@ std::optional<double> gap_below(const CloseUp& view, const Section& section, con
   return 0.5 * (ends[half] + starts[quarter]) - up;
 }
 
-Vector3d body_left(const Trunk& trunk) {
-  const auto& pair = trunk.hip[0] && trunk.hip[1] ? trunk.hip : trunk.shoulder;
-  if (!pair[0] || !pair[1]) return Vector3d::UnitX();
-  return (pair[0]->centre - pair[1]->centre).normalized();
-}
-
-void find_leg(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side, Landmarks& marks) {
-  const auto n = static_cast<std::size_t>(side);
-  const LimbWay& way = limbs.leg(side);
-  if (!(trunk.hip[n] || trunk.femur[n]) || !way.present) return;
-  const Limb limb = side == left_side ? Limb::leg_left : Limb::leg_right;
-  const std::string at = side_suffix(side);
-  const double scale = trunk.scale;
-  const Vector3d left = body_left(trunk);
-  if (const auto& head = trunk.hip[n])
-    marks["hip" + at] = found(head->centre, std::max(head->cut ? head->radius : 1.5, 2 * head->deviation),
-                              head->cut ? "bone: sphere on a femoral head that the scan's end may cut"
-                                        : "bone: sphere on the femoral head",
-                              head->radius);
-
-  const JointsAlongWay joints = leg_joints(way, scale);
-  if (joints.middle == 0 || is_absent(trunk.absent, "shank", at)) return;
+// The femoral condyles. `down`: unit direction of the thigh.
+JointEnd find_condyles(const LimbInBody& limb, const JointsAlongWay& joints, const Vector3d& down,
+                       const std::optional<BentJoint>& bent_knee) {
   // the centre of the condyles lies one condyle radius above the joint's gap
   constexpr double condyle = 22;
-  const Vector3d knee_line = way.points[way.index(joints.middle)];
-  const Vector3d root = trunk.hip[n] ? trunk.hip[n]->centre : *trunk.femur[n];
-  const Vector3d down = (knee_line - root).normalized();
-  const Section end = section_of(a, limbs, limb, knee_line, down, 9, 65);
-  const auto bent_knee = bent_joint(a, limbs, limb, joints.middle, 70 * scale, 220 * scale);
+  const double scale = limb.scale;
+  const Vector3d knee_line = limb.way.points[limb.way.index(joints.middle)];
+  const BoneSection end = section_of(limb, knee_line, down, 9, 65);
   const auto condyles_at = [&](const Vector3d& centre) {
-    return joint_end(a, limbs, limb, side, centre, down, left,
+    return joint_end(limb, centre, down,
                      {33 * scale, 15 * scale, 30 * scale, 22, 25 * scale, 58 * scale, 0.35, 1, 0}, bent_knee);
   };
   JointEnd k = condyles_at(end.centre - condyle * scale * down);
@@ -259,10 +113,23 @@ void find_leg(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
   // own level. On voxels that would not show a gap either, other round structures pass for condyles; below a
   // visible line the tibia does.
   constexpr double below_line = 5;
-  if (!k.measured && !bent_knee && a.gaps_unseen(scale) == 0)
+  if (!k.measured && !bent_knee && limb.anatomy.gaps_unseen(scale) == 0)
     if (const JointEnd lower = condyles_at(end.centre);
         lower.measured && !(joints.middle_seen && (lower.centre - end.centre).dot(down) > below_line * scale))
       k = lower;
+  return k;
+}
+
+// Writes the knee and its epicondyles; the knee's centre, empty if the scan may end above it.
+std::optional<Vector3d> find_knee(const LimbInBody& limb, const JointsAlongWay& joints, Landmarks& marks) {
+  const Anatomy& a = limb.anatomy;
+  const LimbWay& way = limb.way;
+  const double scale = limb.scale;
+  const auto n = static_cast<std::size_t>(limb.side);
+  const Vector3d root = limb.trunk.hip[n] ? limb.trunk.hip[n]->centre : *limb.trunk.femur[n];
+  const Vector3d down = (way.points[way.index(joints.middle)] - root).normalized();
+  const auto bent_knee = bent_joint(a, limb.limbs, limb.limb, joints.middle, 70 * scale, 220 * scale);
+  const JointEnd k = find_condyles(limb, joints, down, bent_knee);
   // near a right angle and beyond, the outlines of both bones overlap, unless their shafts locate the joint
   const double beyond = joints.middle + 150 * scale;
   const Vector3d shank = way.points[way.index(beyond)] - way.points[way.index(joints.middle + 50 * scale)];
@@ -270,7 +137,8 @@ void find_leg(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
   const bool folded = way.length() > beyond && shank.normalized().dot(down) < bent;
   // if the scan ends above a knee, the shaft that broadens towards it resembles its end
   constexpr double knee_in_view = 45;
-  if (!k.measured && way.cut && a.near_edge(k.centre + knee_in_view * scale * down, a.step())) return;
+  if (!k.measured && way.cut && a.near_edge(k.centre + knee_in_view * scale * down, a.step()))
+    return std::nullopt;
   double deviation = !k.measured && folded && !bent_knee ? 45 * scale : k.deviation;
   // On condyles that the scan's end or side cuts, a cylinder fits only the part in view. The upper end of
   // legs alone may resemble condyles.
@@ -281,32 +149,58 @@ void find_leg(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
     deviation = std::max(deviation, condyles_in_view * scale);
   if (way.headless && a.near_edge(k.centre - thigh_in_view * scale * down, a.step()))
     deviation = std::max(deviation, unlike_condyles * scale);
-  marks["knee" + at] =
+  marks["knee" + limb.suffix] =
       found(k.centre, deviation,
             k.measured ? "bone: cylinder on the femoral condyles" : "bone: middle of the femoral condyles",
             k.radius);
-  put_sides(a, marks, "knee", at, k, deviation + 2, "bone: femoral epicondyle");
+  put_sides(limb, "knee", k, deviation + 2, "bone: femoral epicondyle", marks);
+  return k.centre;
+}
 
-  if (joints.end == 0 || is_absent(trunk.absent, "foot", at)) return;
+// Writes the ankle and the malleoli.
+void find_ankle(const LimbInBody& limb, const JointsAlongWay& joints, const Vector3d& knee,
+                Landmarks& marks) {
+  const Anatomy& a = limb.anatomy;
+  const LimbWay& way = limb.way;
+  const double scale = limb.scale;
   // continues straight along the shank, since the path itself turns into the foot before the joint
   const Vector3d flare = way.points[way.index(joints.end - flare_to_ankle * scale)];
-  const Vector3d along = (flare - k.centre).normalized();
+  const Vector3d along = (flare - knee).normalized();
   const JointEnd m =
-      joint_end(a, limbs, limb, side, flare + flare_to_ankle * scale * along, along, left,
+      joint_end(limb, flare + flare_to_ankle * scale * along, along,
                 {13 * scale, 9 * scale, 24 * scale, 15, 20 * scale, 48 * scale, 0.5, 0, 18 * scale});
   // on voxels that do not resolve a talar dome, other bones may pass for malleoli
   const double unseen = m.measured ? 0 : 2 * a.gaps_unseen(scale);
   const double blunt = std::hypot(unseen, 2 * a.over_fine());  // large voxels show less of the tips
-  marks["ankle" + at] =
+  marks["ankle" + limb.suffix] =
       found(m.centre, m.measured ? m.deviation : std::hypot(8, 0.5 * unseen),
             m.measured ? "bone: cylinder on the talar dome" : "bone: middle of the malleoli", m.radius);
   const CloseUp view = close_up(*a.source, m.centre, 90 * scale);
   for (const auto& [name, place] :
        {std::pair{"lateral_malleolus", m.lateral}, {"medial_malleolus", m.medial}}) {
     const auto end_of_bone = malleolus_tip(view, place, (m.centre - place).normalized(), along);
-    marks[name + at] = end_of_bone ? found(*end_of_bone, std::hypot(4, blunt), "bone: tip of the malleolus")
-                                   : found(place, std::hypot(15, blunt), "bone: side of the malleolus");
+    marks[name + limb.suffix] = end_of_bone
+                                    ? found(*end_of_bone, std::hypot(4, blunt), "bone: tip of the malleolus")
+                                    : found(place, std::hypot(15, blunt), "bone: side of the malleolus");
   }
+}
+
+void find_leg(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side, Landmarks& marks) {
+  const Limb name = side == left_side ? Limb::leg_left : Limb::leg_right;
+  const LimbInBody limb{a, trunk, limbs, name, side, limbs.leg(side)};
+  const auto n = static_cast<std::size_t>(side);
+  if (!(trunk.hip[n] || trunk.femur[n]) || !limb.way.present) return;
+  if (const auto& head = trunk.hip[n])
+    marks["hip" + limb.suffix] =
+        found(head->centre, std::max(head->cut ? head->radius : 1.5, 2 * head->deviation),
+              head->cut ? "bone: sphere on a femoral head that the scan's end may cut"
+                        : "bone: sphere on the femoral head",
+              head->radius);
+  const JointsAlongWay joints = leg_joints(limb.way, limb.scale);
+  if (joints.middle == 0 || is_absent(trunk.absent, "shank", limb.suffix)) return;
+  const auto knee = find_knee(limb, joints, marks);
+  if (!knee || joints.end == 0 || is_absent(trunk.absent, "foot", limb.suffix)) return;
+  find_ankle(limb, joints, *knee, marks);
 }
 
 struct LikelyWrist {
@@ -374,33 +268,23 @@ std::optional<Vector3d> far_end_of(const LimbWay& way, const Vector3d& joint, do
   return off(*end) > enough ? std::optional(*end) : std::nullopt;
 }
 
-void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side, Landmarks& marks) {
-  const auto n = static_cast<std::size_t>(side);
-  const LimbWay& way = limbs.arm(side);
-  if (!trunk.shoulder[n] || !way.present) return;
-  const Limb limb = side == left_side ? Limb::arm_left : Limb::arm_right;
-  const std::string at = side_suffix(side);
-  const double scale = trunk.scale;
-  const Vector3d left = body_left(trunk);
-  const FoundSphere& head = *trunk.shoulder[n];
-  marks["shoulder" + at] = found(head.centre, std::max(head.cut ? head.radius : 2.0, 2 * head.deviation),
-                                 head.cut ? "bone: sphere on a humeral head that the scan's end may cut"
-                                          : "bone: sphere on the humeral head",
-                                 head.radius);
-
-  const JointsAlongWay joints = arm_joints(way, scale);
-  if (joints.middle == 0 || is_absent(trunk.absent, "forearm", at)) return;
+// Writes the elbow and its epicondyles; its centre, empty if the scan may end above it. `down`: unit direction
+// of the upper arm.
+std::optional<Vector3d> find_elbow(const LimbInBody& limb, const JointsAlongWay& joints, const Vector3d& down,
+                                   Landmarks& marks) {
+  const Anatomy& a = limb.anatomy;
+  const LimbWay& way = limb.way;
+  const double scale = limb.scale;
   constexpr double trochlea = 10;
   const Vector3d elbow_line = way.points[way.index(joints.middle)];
-  const Vector3d down = (elbow_line - trunk.shoulder[n]->centre).normalized();
-  const Section end = section_of(a, limbs, limb, elbow_line, down, 6, 45);
-  const JointEnd e = joint_end(a, limbs, limb, side, end.centre - trochlea * scale * down, down, left,
+  const BoneSection end = section_of(limb, elbow_line, down, 6, 45);
+  const JointEnd e = joint_end(limb, end.centre - trochlea * scale * down, down,
                                {22 * scale, 6 * scale, 16 * scale, 24, 15 * scale, 45 * scale, 0.5, 1,
                                 22 * scale, a.over_fine() > 0.5},
-                               bent_joint(a, limbs, limb, joints.middle, 50 * scale, 160 * scale));
+                               bent_joint(a, limb.limbs, limb.limb, joints.middle, 50 * scale, 160 * scale));
   // if the scan ends above an elbow, the shaft that broadens towards it resembles its end
   constexpr double joint_in_view = 30;
-  if (way.cut && a.near_edge(e.centre + joint_in_view * scale * down, a.step())) return;
+  if (way.cut && a.near_edge(e.centre + joint_in_view * scale * down, a.step())) return std::nullopt;
   // Extra deviation on large voxels: of epicondyles by outlines above 5 mm, of cylinders above 4 mm (9 mm off
   // in 2 of 6 children at 3 mm, whose voxels are as large relative to the body).
   const double edge = std::max(std::cbrt(a.source->grid.voxel_volume()), a.step());
@@ -408,28 +292,30 @@ void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
                         : e.measured        ? (edge > 4 ? 8 : 0)
                                             : 24 * std::max(0.0, edge - 5 * scale);
   const double deviation = std::hypot(e.deviation, coarse);
-  marks["elbow" + at] = found(
+  marks["elbow" + limb.suffix] = found(
       e.centre, deviation,
       e.measured ? "bone: cylinder on the trochlea and capitulum" : "bone: middle of the humeral epicondyles",
       e.radius);
-  put_sides(a, marks, "elbow", at, e, deviation + 2, "bone: humeral epicondyle");
+  put_sides(limb, "elbow", e, deviation + 2, "bone: humeral epicondyle", marks);
+  return e.centre;
+}
 
-  const auto turn_sides = [&](const Vector3d& along) { turn_elbow(side, down, along, marks); };
-  if (joints.end == 0 || is_absent(trunk.absent, "hand", at)) {
-    if (const auto beyond = far_end_of(way, e.centre, forearm_shaft * scale))
-      turn_sides((*beyond - e.centre).normalized());
-    return;
-  }
+// Writes the wrist; returns the unit direction of the forearm.
+Vector3d find_wrist(const LimbInBody& limb, const JointsAlongWay& joints, const Vector3d& elbow,
+                    Landmarks& marks) {
+  const Anatomy& a = limb.anatomy;
+  const LimbWay& way = limb.way;
+  const double scale = limb.scale;
   // the joint's line is perpendicular to the forearm, between the sides of the styloids just above it
   const Vector3d by_sections = way.points[way.index(joints.end)];
   const LikelyWrist likely = a.gap_may_fuse(scale)
-                                 ? likely_wrist(wrist_places(way, e.centre, scale), by_sections, scale)
+                                 ? likely_wrist(wrist_places(way, elbow, scale), by_sections, scale)
                                  : LikelyWrist{by_sections, true, 0};
   const Vector3d& line = likely.point;
-  const Vector3d along = (line - e.centre).normalized();
+  const Vector3d along = (line - elbow).normalized();
   const double reach = (likely.by_sections ? 25 : 12) * scale;  // maximum distance of the gap from there
   constexpr double up = 10;
-  Section w = section_of(a, limbs, limb, line - up * along, along, 5, 40);
+  BoneSection w = section_of(limb, line - up * along, along, 5, 40);
   Vector3d wrist = w.middle + up * along;
   // the path gives the gap to within some voxels; the scan itself is more precise
   const CloseUp view = close_up(*a.source, wrist, 90);
@@ -437,7 +323,7 @@ void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
     for (const double start : {10.0, 22.0}) {
       const auto gap = gap_below(view, w, wrist, along, start * scale);
       if (!gap || std::abs(*gap) > reach) continue;
-      w = section_of(a, limbs, limb, wrist + (*gap - up) * along, along, 5, 40);
+      w = section_of(limb, wrist + (*gap - up) * along, along, 5, 40);
       wrist = w.middle + up * along;
       break;
     }
@@ -445,12 +331,36 @@ void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
   constexpr double hand_tells = 90;
   const double in_view = (way.points.back() - wrist).norm();
   const bool may_be_beyond = way.cut && a.gap_may_fuse(scale) && in_view < hand_tells * scale;
-  marks["wrist" + at] = found(
+  marks["wrist" + limb.suffix] = found(
       wrist,
       std::hypot(5, a.gaps_unseen(scale), std::max(likely.deviation, may_be_beyond ? 0.5 * in_view : 0.0)),
       "bone: between radius and carpals");
+  return along;
+}
 
-  turn_sides(along);
+void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side, Landmarks& marks) {
+  const Limb name = side == left_side ? Limb::arm_left : Limb::arm_right;
+  const LimbInBody limb{a, trunk, limbs, name, side, limbs.arm(side)};
+  const LimbWay& way = limb.way;
+  const auto n = static_cast<std::size_t>(side);
+  if (!trunk.shoulder[n] || !way.present) return;
+  const FoundSphere& head = *trunk.shoulder[n];
+  marks["shoulder" + limb.suffix] =
+      found(head.centre, std::max(head.cut ? head.radius : 2.0, 2 * head.deviation),
+            head.cut ? "bone: sphere on a humeral head that the scan's end may cut"
+                     : "bone: sphere on the humeral head",
+            head.radius);
+  const JointsAlongWay joints = arm_joints(way, limb.scale);
+  if (joints.middle == 0 || is_absent(trunk.absent, "forearm", limb.suffix)) return;
+  const Vector3d down = (way.points[way.index(joints.middle)] - head.centre).normalized();
+  const auto elbow = find_elbow(limb, joints, down, marks);
+  if (!elbow) return;
+  if (joints.end == 0 || is_absent(trunk.absent, "hand", limb.suffix)) {
+    if (const auto beyond = far_end_of(way, *elbow, forearm_shaft * limb.scale))
+      turn_elbow(side, down, (*beyond - *elbow).normalized(), marks);
+    return;
+  }
+  turn_elbow(side, down, find_wrist(limb, joints, *elbow, marks), marks);
 }
 
 // Adds the ends of forearms and shanks whose far joint is missing: where the scan cuts them, or as far as the

@@ -262,6 +262,141 @@ std::vector<MrDensity> sure_of(const Classes& m, double noise) {
   return all;
 }
 
+// The body on voxels of about 3 mm.
+struct RoughBody {
+  Volume<float> mr;
+  Parting parting;
+  bool background = true;  // false: nothing is much darker than the rest, so the scan shows only flesh
+  Mask mask;
+};
+
+Result<RoughBody> find_body(const GreyVolume& volume, int threads) {
+  RoughBody out;
+  out.mr = means(volume, blocks_of(volume.grid, 3), threads);
+  out.parting = part_in_two(out.mr.voxels);
+  out.background = out.parting.below < 0.25 * out.parting.above;
+  out.mask = out.background ? body_of(out.mr, out.parting.at)
+                            : Mask{out.mr.grid, std::vector<std::uint8_t>(out.mr.voxels.size(), 1)};
+  std::size_t count = 0;
+  for (const auto v : out.mask.voxels) count += v;
+  if (static_cast<double>(count) * out.mr.grid.voxel_volume() < 1e5)
+    return failure("MR",
+                   "the volume contains no body: nothing in it is brighter than its surroundings over a few "
+                   "centimetres");
+  return out;
+}
+
+// the bias field, on a grid coarse enough for N4 to take seconds
+Result<Volume<float>> field_over(const GreyVolume& volume, const RoughBody& body, int threads) {
+  const Grid& g = volume.grid;
+  const double coarse = std::max(3.0, std::cbrt(static_cast<double>(g.count()) * g.voxel_volume() / 40000));
+  const Volume<float> shrunken = means(volume, blocks_of(g, coarse), threads);
+  Mask mask{shrunken.grid, std::vector<std::uint8_t>(shrunken.grid.count())};
+  for_each_voxel(shrunken.grid, threads, [&](std::size_t o, const Vector3d& p) {
+    mask.voxels[o] = holds(body.mask, p) &&
+                     (!body.background || static_cast<double>(shrunken.voxels[o]) > body.parting.at);
+  });
+  return bias_field(shrunken, mask);
+}
+
+// the body's brightness without bias, from an even sample of the scan's own voxels, fewer than four million
+std::vector<float> sampled_brightness(const GreyVolume& volume, const RoughBody& body,
+                                      const Volume<float>& field) {
+  const Grid& g = volume.grid;
+  std::vector<float> sampled;
+  const std::size_t stride = std::max<std::size_t>(1, g.count() / 2000000);
+  for (std::size_t o = 0; o < g.count(); o += stride) {
+    const auto i = static_cast<std::int64_t>(o) % g.size[0],
+               j = static_cast<std::int64_t>(o) / g.size[0] % g.size[1],
+               k = static_cast<std::int64_t>(o) / (g.size[0] * g.size[1]);
+    const Vector3d p = g.point(i, j, k);
+    if (holds(body.mask, p))
+      sampled.push_back(static_cast<float>(std::max<int>(0, volume.voxels[o])) / value_at(field, p));
+  }
+  return sampled;
+}
+
+// What tells the tissue of a voxel.
+struct TissueSigns {
+  const GreyVolume& volume;
+  RoughBody body;
+  Volume<float> field;
+  Classes brightness;
+  Mask gas;
+};
+
+// Whether one of the coarse voxels beside a point is outside the body.
+bool near_outside(const Mask& body, const Vector3d& p) {
+  for (int c = 0; c < 3; ++c)
+    for (const double side : {-1.0, 1.0}) {
+      const Vector3d near = p + side * body.grid.axes.col(c);
+      const Vector3d at = body.grid.index(near);
+      const auto i = std::lround(at[0]), j = std::lround(at[1]), k = std::lround(at[2]);
+      if (body.grid.holds(i, j, k) && !body.at(i, j, k)) return true;
+    }
+  return false;
+}
+
+// The tissue of the voxel at `offset`, centred at p. `rule`: the rule of its class, null if it has none.
+MrTissue tissue_at(const TissueSigns& signs, const ClassRule* rule, std::size_t offset, const Vector3d& p) {
+  if (rule ? rule->parts == 0 : !holds(signs.body.mask, p)) return MrTissue::outside;
+  const auto here = static_cast<double>(value_at(signs.field, p));
+  const double bright = std::max<int>(0, signs.volume.voxels[offset]) / here;
+  // at the skin a voxel of the coarse mask may hold air
+  if (!rule && signs.body.background && bright < skin_edge(signs.volume, offset, here, signs.brightness) &&
+      near_outside(signs.body.mask, p))
+    return MrTissue::outside;
+  const auto tissue = static_cast<MrTissue>(1 + signs.brightness.of(bright));
+  return tissue == MrTissue::dark && holds(signs.gas, p) ? MrTissue::gas : tissue;
+}
+
+// Writes density and tissue of each voxel in the body.
+void put_tissues(const TissueSigns& signs, const ClassLabels* classes, int threads, MrReading& out) {
+  const Grid& g = signs.volume.grid;
+  out.density = {{g, std::vector<std::int16_t>(g.count(), 0)}, Quantity::density_kgm3};
+  out.tissues = {{g, std::vector<std::uint8_t>(g.count(), 0)}, {}};
+  for (const Part& part : parts) out.tissues.names.emplace_back(part.name);
+  for (std::size_t n = 1; n < mr_tissue_names.size(); ++n) out.tissues.names.emplace_back(mr_tissue_names[n]);
+  const LabelMap told = classes ? labels_on(classes->labels, g, threads) : LabelMap{};
+  for_each_voxel(g, threads, [&](std::size_t o, const Vector3d& p) {
+    const ClassRule* rule = classes && told.voxels[o] ? &classes->rule(told.voxels[o]) : nullptr;
+    MrTissue tissue = tissue_at(signs, rule, o, p);
+    if (tissue == MrTissue::outside) return;
+    int density = mr_tissue_density[static_cast<std::size_t>(tissue)];
+    if (rule && rule->tissue == ClassTissue::bone) density = tissue == MrTissue::dark ? 1920 : 1180;
+    if (rule && rule->tissue == ClassTissue::lung) density = mr_tissue_density[4], tissue = MrTissue::gas;
+    if (rule && rule->tissue == ClassTissue::air) density = 1, tissue = MrTissue::gas;
+    out.density.voxels[o] = static_cast<std::int16_t>(density);
+    out.tissues.voxels[o] = static_cast<std::uint8_t>(parts.size() - 1 + static_cast<std::size_t>(tissue));
+  });
+}
+
+// What this reading assumes, with the litres in question.
+std::vector<std::string> assumptions(const MrReading& reading, bool background, const Classes& m,
+                                     bool classes_given) {
+  std::vector<std::string> out;
+  if (!background)
+    out.push_back("no air was found around the body; everything in the scan was taken as body");
+  out.push_back(
+      fmt::format("MR has no CT numbers; tissues were classified by brightness after bias field correction "
+                  "(fat {:.0f}, lean {:.0f}, dark {:.0f} on average), with fat as the brightest; this is "
+                  "wrong where fat is suppressed or fluid is brighter",
+                  m.centre[2], m.centre[1], m.centre[0]));
+  const double dark = reading.litres[1], thick = reading.litres[4];
+  if (dark > 0)
+    out.push_back(
+        fmt::format("{:.2f} litres of the body are dark: cortical bone, tendon or air, which MR cannot tell "
+                    "apart; they weigh {:.2f} kg here, {:.2f} kg as tendon, {:.2f} kg as cortical bone",
+                    dark, 1.5 * dark, 1.1 * dark, 1.92 * dark));
+  if (thick > 0)
+    out.push_back(
+        fmt::format("{:.2f} litres are dark and more than 20 mm thick; they count as lung (382 kg/m^3), and "
+                    "as dark tissue outside the upper and middle trunk",
+                    thick));
+  if (!classes_given) out.push_back("bone marrow is bright and counts as fat, so the bones weigh too little");
+  return out;
+}
+
 }  // namespace
 
 GreyVolume flat_body(const MrReading& reading) {
@@ -281,104 +416,24 @@ Result<MrReading> read_mr(const GreyVolume& volume, const ClassLabels* classes, 
   if (auto fits = admit_memory("MR", "finding its tissues", 6.0 * static_cast<double>(g.count())); !fits)
     return tl::unexpected(fits.error());
 
-  // the body, on voxels of about 3 mm
-  const Volume<float> mr = means(volume, blocks_of(g, 3), threads);
-  const Parting parting = part_in_two(mr.voxels);
-  MrReading out;
-  // if nothing is much darker than the rest, the scan shows only flesh
-  const bool background = parting.below < 0.25 * parting.above;
-  Mask body{mr.grid, std::vector<std::uint8_t>(mr.voxels.size(), 1)};
-  if (background)
-    body = body_of(mr, parting.at);
-  else
-    out.warnings.push_back("no air was found around the body; everything in the scan was taken as body");
-  std::size_t count = 0;
-  for (const auto v : body.voxels) count += v;
-  if (static_cast<double>(count) * mr.grid.voxel_volume() < 1e5)
-    return failure("MR",
-                   "the volume contains no body: nothing in it is brighter than its surroundings over a few "
-                   "centimetres");
-
-  // the bias field, on a grid coarse enough for N4 to take seconds
-  const double coarse = std::max(3.0, std::cbrt(static_cast<double>(g.count()) * g.voxel_volume() / 40000));
-  const Volume<float> shrunken = means(volume, blocks_of(g, coarse), threads);
-  Mask mask{shrunken.grid, std::vector<std::uint8_t>(shrunken.grid.count())};
-  for_each_voxel(shrunken.grid, threads, [&](std::size_t o, const Vector3d& p) {
-    mask.voxels[o] = holds(body, p) && (!background || static_cast<double>(shrunken.voxels[o]) > parting.at);
-  });
-  const auto field = bias_field(shrunken, mask);
+  auto body = find_body(volume, threads);
+  if (!body) return tl::unexpected(body.error());
+  auto field = field_over(volume, *body, threads);
   if (!field) return tl::unexpected(field.error());
-
-  // classes from an even sample of the scan's own voxels, fewer than four million
-  std::vector<float> sampled;
-  const std::size_t stride = std::max<std::size_t>(1, g.count() / 2000000);
-  for (std::size_t o = 0; o < g.count(); o += stride) {
-    const auto i = static_cast<std::int64_t>(o) % g.size[0],
-               j = static_cast<std::int64_t>(o) / g.size[0] % g.size[1],
-               k = static_cast<std::int64_t>(o) / (g.size[0] * g.size[1]);
-    const Vector3d p = g.point(i, j, k);
-    if (holds(body, p))
-      sampled.push_back(static_cast<float>(std::max<int>(0, volume.voxels[o])) / value_at(*field, p));
-  }
+  std::vector<float> sampled = sampled_brightness(volume, *body, *field);
   if (sampled.empty()) return failure("MR", "the volume contains no body");
   const Classes m = classes_of(std::move(sampled));
-  const Mask gas = thick_dark(mr, *field, body, m, threads);
+  Mask gas = thick_dark(body->mr, *field, body->mask, m, threads);
+  const TissueSigns signs{volume, std::move(*body), std::move(*field), m, std::move(gas)};
 
-  out.density = {{g, std::vector<std::int16_t>(g.count(), 0)}, Quantity::density_kgm3};
-  out.tissues = {{g, std::vector<std::uint8_t>(g.count(), 0)}, {}};
-  for (const Part& part : parts) out.tissues.names.emplace_back(part.name);
-  for (std::size_t n = 1; n < mr_tissue_names.size(); ++n) out.tissues.names.emplace_back(mr_tissue_names[n]);
-  const LabelMap told = classes ? labels_on(classes->labels, g, threads) : LabelMap{};
-  for_each_voxel(g, threads, [&](std::size_t o, const Vector3d& p) {
-    const ClassRule* rule = classes && told.voxels[o] ? &classes->rule(told.voxels[o]) : nullptr;
-    if (rule ? rule->parts == 0 : !holds(body, p)) return;
-    const auto here = static_cast<double>(value_at(*field, p));
-    const double bright = std::max<int>(0, volume.voxels[o]) / here;
-    // at the skin a voxel of the coarse mask may hold air
-    if (!rule && background && bright < skin_edge(volume, o, here, m)) {
-      bool deep = true;
-      for (int c = 0; c < 3 && deep; ++c)
-        for (const double side : {-1.0, 1.0}) {
-          const Vector3d near = p + side * mr.grid.axes.col(c);
-          const Vector3d at = mr.grid.index(near);
-          const auto a = std::lround(at[0]), b = std::lround(at[1]), d = std::lround(at[2]);
-          deep = deep && (!mr.grid.holds(a, b, d) || body.at(a, b, d));
-        }
-      if (!deep) return;
-    }
-    auto tissue = static_cast<MrTissue>(1 + m.of(bright));
-    if (tissue == MrTissue::dark && holds(gas, p)) tissue = MrTissue::gas;
-    int density = mr_tissue_density[static_cast<std::size_t>(tissue)];
-    if (rule && rule->tissue == ClassTissue::bone) density = tissue == MrTissue::dark ? 1920 : 1180;
-    if (rule && rule->tissue == ClassTissue::lung) density = mr_tissue_density[4], tissue = MrTissue::gas;
-    if (rule && rule->tissue == ClassTissue::air) density = 1, tissue = MrTissue::gas;
-    out.density.voxels[o] = static_cast<std::int16_t>(density);
-    out.tissues.voxels[o] = static_cast<std::uint8_t>(parts.size() - 1 + static_cast<std::size_t>(tissue));
-  });
-
+  MrReading out;
+  put_tissues(signs, classes, threads, out);
   out.noise = estimate_noise(volume, out.tissues);
   out.how_sure = sure_of(m, out.noise);
   for (std::size_t n = 0; n < 3; ++n) out.brightness[n + 1] = m.centre[n];
   for (const auto label : out.tissues.voxels)
     if (label) out.litres[label - (parts.size() - 1)] += g.voxel_volume() * 1e-6;
-  out.warnings.push_back(
-      fmt::format("MR has no CT numbers; tissues were classified by brightness after bias field correction "
-                  "(fat {:.0f}, lean {:.0f}, dark {:.0f} on average), with fat as the brightest; this is "
-                  "wrong where fat is suppressed or fluid is brighter",
-                  m.centre[2], m.centre[1], m.centre[0]));
-  const double dark = out.litres[1], thick = out.litres[4];
-  if (dark > 0)
-    out.warnings.push_back(
-        fmt::format("{:.2f} litres of the body are dark: cortical bone, tendon or air, which MR cannot tell "
-                    "apart; they weigh {:.2f} kg here, {:.2f} kg as tendon, {:.2f} kg as cortical bone",
-                    dark, 1.5 * dark, 1.1 * dark, 1.92 * dark));
-  if (thick > 0)
-    out.warnings.push_back(
-        fmt::format("{:.2f} litres are dark and more than 20 mm thick; they count as lung (382 kg/m^3), and "
-                    "as dark tissue outside the upper and middle trunk",
-                    thick));
-  if (!classes)
-    out.warnings.push_back("bone marrow is bright and counts as fat, so the bones weigh too little");
+  out.warnings = assumptions(out, signs.body.background, m, classes != nullptr);
   return out;
 }
 

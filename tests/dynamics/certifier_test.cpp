@@ -3,11 +3,8 @@
 
 #include <tuple>
 
-#include "dynamics/formats/model_file.hpp"
 #include "dynamics/formats/scene_file.hpp"
 #include "scenes.hpp"
-#include "test_folder.hpp"
-#include "tests/paths.hpp"
 
 namespace borelli::test {
 namespace {
@@ -181,63 +178,6 @@ TEST(Certificate, DistrustsALoopThatLosesEnergy) {
   if (!std::filesystem::exists(file)) GTEST_SKIP() << "needs " << file;
   const Certificate c = run(need(read_scene(file)), settings("euler", 2, 1e-2)).certificate;
   EXPECT_FALSE(c.trusted);
-}
-
-// ---- what trust means ----
-
-const char* const hinge_and_ball = R"(<mujoco><option timestep="0.01"/><worldbody>
-  <body name="arm" pos="0.8 0 3"><joint name="swing" type="hinge" axis="0 1 0" pos="-0.8 0 0"/>
-    <geom type="box" size="0.8 0.1 0.1" mass="2"/>
-    <body name="hand" pos="0.8 0.8 0" euler="0 0 90"><joint name="wrist" type="ball" pos="-0.8 0 0"/>
-      <geom type="box" size="0.8 0.1 0.1" mass="2"/></body></body></worldbody></mujoco>)";
-
-// A chaotic motion: two runs that keep the energy to 1e-7 end in unrelated states.
-TEST(Certificate, VouchesForConservationNotForTheState) {
-  const Folder folder;
-  const Scene scene = need(read_model(folder.write("hinge_and_ball.xml", hinge_and_ball))).scene;
-  const System system = compiled(scene);
-  const Trajectory a = run(system, settings("dop853", 60, 0.01, 1e-8)),
-                   b = run(system, settings("dop853", 60, 0.01, 1e-10));
-  EXPECT_TRUE(a.certificate.trusted) << a.certificate.reason;
-  EXPECT_TRUE(b.certificate.trusted) << b.certificate.reason;
-  EXPECT_GT((last(a.q) - last(b.q)).norm(), 0.1);
-  for (const Trajectory* path : {&a, &b}) {
-    EXPECT_NE(vouches_for(path->certificate).find("not the state"), std::string::npos);
-    EXPECT_TRUE(std::isnan(path->certificate.known_until));
-  }
-}
-
-// With an accuracy the certificate gives the time up to which the state is known. Another method agrees
-// there.
-TEST(Certificate, AccuracyReportsUntilWhenTheStateIsKnown) {
-  const Folder folder;
-  const Scene scene = need(read_model(folder.write("hinge_and_ball.xml", hinge_and_ball))).scene;
-  const System system = compiled(scene);
-  SimulationSettings how = settings("dop853", 60, 0.01);
-  how.output_interval = 0.5;
-  how.accuracy = 1e-4;
-  const Trajectory path = run(system, how);
-  const Certificate& c = path.certificate;
-  EXPECT_FALSE(c.trusted);
-  EXPECT_GT(c.known_until, 1);
-  EXPECT_LT(c.known_until, 60);
-  EXPECT_NE(
-      c.reason.find(fmt::format("the state is known to that accuracy up to t = {:.6g} s", c.known_until)),
-      std::string::npos)
-      << c.reason;
-  const Trajectory until = run(system, settings("gbs", c.known_until, 0.01, 1e-13));
-  int compared = 0;
-  for (std::size_t i = 0; i < path.times.size(); ++i)
-    if (std::abs(path.times[i] - c.known_until) < 1e-9) {
-      EXPECT_LT((path.q.row(Eigen::Index(i)).transpose() - last(until.q)).cwiseAbs().maxCoeff(), 1e-3);
-      ++compared;
-    }
-  EXPECT_EQ(compared, 1);
-  how.end_time = 2;
-  const Certificate early = run(system, how).certificate;
-  EXPECT_TRUE(early.trusted) << early.reason;
-  EXPECT_EQ(early.known_until, 2);
-  EXPECT_EQ(vouches_for(early), "energy, momenta and constraints, and the state to 0.0001 up to t = 2 s");
 }
 
 // ---- what reasons say ----
@@ -461,52 +401,6 @@ TEST(Certificate, NotesWhatAssemblyMoved) {
   EXPECT_NE(moved.notes[1].find("initial velocities, most of all coordinate 'x', by 5 m/s"),
             std::string::npos);
   EXPECT_TRUE(run(swinging_rod(), settings("rk4", 0.1, 0.001)).certificate.notes.empty());
-}
-
-// ---- independent parts, each judged by itself ----
-
-/// A bar whose steps are too long, beside a weight of a ton in free fall, for which any method is exact.
-Scene bar_beside_weight() {
-  Scene scene = chain(1, false, 1);
-  scene.solids.push_back(
-      solid("weight", "world", {slide("fall", Vector3d::UnitZ())}, {inertial(1000, {0, 0, 0}, {1, 1, 1})}));
-  return scene;
-}
-
-TEST(Certificate, HeavyNeighbourDoesNotHideABarsDrift) {
-  const SimulationSettings how = settings("rk2", 5, 0.1);
-  const Certificate alone = run(chain(1, false, 1), how).certificate;
-  const Certificate beside = run(bar_beside_weight(), how).certificate;
-  EXPECT_FALSE(alone.trusted);
-  EXPECT_LT(beside.energy_drift, beside.energy_threshold * beside.energy_turnover);  // pooled, all looks well
-  EXPECT_FALSE(beside.trusted);
-  EXPECT_NE(beside.reason.find("the energy balance of 'l0' and the solids tied to it has an error"),
-            std::string::npos)
-      << beside.reason;
-  EXPECT_EQ(beside.reason_time, alone.reason_time);
-}
-
-TEST(Certificate, CountsWorkForTheGroupItActsOn) {
-  Scene scene = bar_beside_weight();  // the lines below add all that does work
-  scene.solids.push_back(solid("carriage", "world", {driven(slide("ride", Vector3d::UnitX()), Sine{})}, {}));
-  scene.solids.push_back(solid("bob", "carriage", {hinge("swing", Vector3d::UnitY(), 0.3)}, {link()}));
-  scene.solids.push_back(
-      solid("lift", "world", {slide("height", Vector3d::UnitZ())}, {inertial(3, {0, 0, 0}, {1, 1, 1})}));
-  scene.efforts = {{"push", Force{{"weight", {0, 0, 0}}, {0, 0, 700}, Axes::world, Sine{}, {}}},
-                   {"damper", CoordinateSpring{{"h0"}, 3, 0.5, 0}}};
-  scene.constraints = {{"rise", CoordinateCoupling{{{"height"}}, {1}, Sine{0.5, 2, 0, 0}}}};
-  SimulationSettings how = settings("rk4", 2, 0.002);
-  how.energy_threshold = 1e-6;  // work booked on a wrong group would break two balances by joules
-  for (const auto treatment : {ConstraintTreatment::projection, ConstraintTreatment::baumgarte}) {
-    how.constraints = treatment;
-    const System system = compiled(scene);
-    EXPECT_EQ(system.groups, 4);
-    const Certificate certificate = run(system, how).certificate;
-    EXPECT_TRUE(certificate.trusted) << certificate.reason;
-    EXPECT_GT(std::abs(certificate.work_drives), 0.1);
-    EXPECT_GT(std::abs(certificate.work_constraints), 0.1);
-    EXPECT_GT(std::abs(certificate.work_efforts), 0.1);
-  }
 }
 
 TEST(Certificate, DistantSolidLoosensNoLimit) {

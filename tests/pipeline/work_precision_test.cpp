@@ -1,4 +1,4 @@
-// The chart of cost against error: errors against closed forms, the front against its definition.
+// The chart of cost against error: errors against closed forms.
 #include "pipeline/charts/work_precision_page.hpp"
 
 #include <fmt/format.h>
@@ -6,49 +6,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <csignal>
-#include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "dynamics/formats/scene_file.hpp"
 #include "dynamics/run/simulate.hpp"
-#include "process/input_file.hpp"
 #include "tests/paths.hpp"
 #include "tests/pipeline/program_run.hpp"
+#include "tests/pipeline/work_precision_made.hpp"
 
 namespace borelli::work_precision_test {
 namespace {
-
-// 1 kg on a spring of 4 N/m without gravity, released 1 m from rest: x = cos 2t.
-Scene oscillator() {
-  Scene scene;
-  scene.name = "oscillator";
-  scene.gravity.setZero();
-  Solid mass;
-  mass.name = "mass";
-  mass.switches = {{.kind = Translation{Eigen::Vector3d::UnitX()},
-                    .coordinate = "x",
-                    .motion = {},
-                    .q = {1},
-                    .v = {0},
-                    .ranges = {}}};
-  mass.inertials = {{1, {0.5, 0, 0}, Eigen::Matrix3d::Identity()}};
-  scene.solids = {mass};
-  scene.efforts = {{"spring", CoordinateSpring{{"x"}, 4, 0, 0}}};
-  scene.simulation.end_time = 5;
-  return scene;
-}
-
-/// Settings with these methods, each run once, with at most `budget` seconds per run.
-WorkPrecisionSettings measured_once(std::vector<std::string> methods,
-                                    double budget = WorkPrecisionSettings{}.budget) {
-  WorkPrecisionSettings out;
-  out.methods = std::move(methods);
-  out.equations = {Equations::recursive};
-  out.repeats = 1;
-  out.budget = budget;
-  return out;
-}
 
 double largest_error(const Scene& scene, const WorkPrecisionPoint& p, const std::string& method,
                      int outputs) {
@@ -143,89 +109,6 @@ TEST(WorkPrecision, AcceptsAGivenReference) {
   EXPECT_NE(run.out.find("run.csv"), std::string::npos);
   EXPECT_EQ(run_program(chart_it + " --reference-error 1e-9").code, 2);
   EXPECT_EQ(run_program(chart_it + " --reference " + (folder / "none.csv").string()).code, 2);
-}
-
-TEST(WorkPrecision, RunsDuplicatesOnceAndRefusesATinyBudget) {
-  const TestFolder folder;
-  const std::string chart_it =
-      "chart " + test::source_folder() + "/samples/pendulum.toml --end 1 --repeats 1 --json -o ";
-  const auto runs = [&](const std::string& options) {
-    const ProgramRun run = run_program(chart_it + folder.path().string() + options);
-    EXPECT_EQ(run.code, 0) << run.err;
-    return nlohmann::json::parse(run.out).at("runs").get<int>();
-  };
-  const int once = runs(" --methods dop853 --equations recursive --constraints projection");
-  EXPECT_EQ(
-      runs(" --methods dop853,dop853 --equations recursive,recursive --constraints projection,projection"),
-      once);
-  const ProgramRun refused = run_program(chart_it + folder.path().string() + " --budget 1e-300");
-  EXPECT_EQ(refused.code, 2);
-  EXPECT_NE(refused.err.find("--budget"), std::string::npos) << refused.err;
-}
-
-// The runs kept by a stopped chart belong to its reference's contents, not to that file's name.
-TEST(WorkPrecision, SaysWhatIsKeptWhenStopped) {
-  const TestFolder folder;
-  // dop853 ends at once; euler's ladder takes minutes
-  const std::string command = "chart " + test::source_folder() +
-                              "/samples/pendulum.toml --methods dop853,euler --equations recursive --end 20 "
-                              "--budget 100 --repeats 1 -o " +
-                              (folder / "chart").string();
-  const ProgramRun stopped = run_program(command, "timeout --foreground --preserve-status -s INT 3");
-  EXPECT_EQ(stopped.code, 128 + SIGINT);
-  EXPECT_NE(stopped.err.find("the same command continues after the last finished method"), std::string::npos)
-      << stopped.err;
-  EXPECT_TRUE(std::filesystem::exists(folder / "chart" / "chart.partial.json"));
-}
-
-TEST(WorkPrecision, AnotherReferenceOrADamagedFileStartsAgain) {
-  const TestFolder folder;
-  const std::string sample = test::source_folder() + "/samples/pendulum.toml", reference = folder / "ref.csv";
-  const auto refer_to = [&](const std::string& scene) {
-    return run_program("simulate " + scene + " --accuracy 1e-9 --end 1 --output-interval 0.05 -o " +
-                       reference)
-        .code;
-  };
-  const auto chart_into = [&](const std::string& name, const std::string& before = "") {
-    return run_program("chart " + sample +
-                           " --end 1 --methods rk4,verlet,euler,rk2 --budget 0.05 --repeats 1 "
-                           "--reference-error 1e-9 --reference " +
-                           reference + " -o " + (folder / name).string(),
-                       before)
-        .code;
-  };
-  ASSERT_EQ(refer_to(sample), 0);
-  const std::filesystem::path partial = folder / "broken/chart.partial.json";
-  for (int tenths = 1; tenths < 600 && !std::filesystem::exists(partial); ++tenths) {
-    ASSERT_FALSE(std::filesystem::exists(folder / "broken/chart.html"));
-    chart_into("broken", fmt::format("timeout -s KILL {:.1f}", 0.1 * tenths));
-  }
-  ASSERT_TRUE(std::filesystem::exists(partial));
-  // another motion under the same name: released a degree lower
-  std::string lower = read_input_file(sample).value();
-  lower.replace(lower.find("value_deg = 90"), 14, "value_deg = 89");
-  ASSERT_EQ(refer_to(folder.write("lower.toml", lower)), 0);
-  ASSERT_EQ(chart_into("broken"), 0);
-  // all runs differ from it by at least the start's difference
-  std::istringstream lines(read_input_file(folder / "broken/chart.csv").value());
-  int runs = 0;
-  for (std::string line; std::getline(lines, line);) {
-    if (line.empty() || line[0] == '#' || line.starts_with("method,")) continue;
-    std::vector<std::string> fields(1);
-    for (const char c : line)
-      if (c == ',')
-        fields.emplace_back();
-      else
-        fields.back() += c;
-    EXPECT_TRUE(fields[4] == "0" || std::stod(fields[9]) > 0.01) << line;
-    ++runs;
-  }
-  EXPECT_GT(runs, 20);
-  // valid JSON, but not from a chart
-  for (const char* spoilt : {"[1,2]", "{\"asked\":3}", "{}", "3", "{\"asked\":"}) {
-    folder.write("broken/chart.partial.json", spoilt);
-    EXPECT_EQ(chart_into("broken"), 0) << spoilt;
-  }
 }
 
 // The same oscillator by a fictitious program: its closed form plus an error of its step squared.
@@ -332,195 +215,6 @@ TEST(WorkPrecision, FinerLaddersContainTheCoarseTolerances) {
   EXPECT_FALSE(work_precision(scene, settings));
 }
 
-WorkPrecisionPoint made(double seconds, double error, bool trusted = true) {
-  WorkPrecisionPoint p{.variant = 0, .setting = 1e-3, .finished = true, .trusted = trusted};
-  p.seconds = seconds;
-  p.evaluations = long(1e6 * seconds);
-  p.errors = {error, 0.5 * error, error, 0, 0};
-  return p;
-}
-
-TEST(WorkPrecision, FrontContainsUndominatedRuns) {
-  WorkPrecision chart;
-  chart.variants = {{"dop853"}};
-  chart.reference.found = true;
-  chart.reference.position = 1e-10;
-  chart.points = {made(1, 1e-2),  made(2, 1e-4),          made(3, 1e-3), made(4, 1e-6),
-                  made(5, 1e-12), made(0.5, 1e-5, false), made(6, 1e-13)};
-  chart.points.push_back({.variant = 0, .setting = 1, .reason = "it fell"});
-  const auto front = pareto_front(
-      chart, [](const auto& p) { return p.seconds; }, [](const auto& p) { return p.errors.position; },
-      reference_floor(chart));
-  // the second beats the third; the fifth is the cheapest that is finer than the reference; the sixth is not
-  // trusted
-  ASSERT_EQ(front.size(), 4u);
-  EXPECT_EQ(front[3], &chart.points[4]);
-  EXPECT_EQ(front[0], &chart.points[0]);
-  EXPECT_EQ(front[1], &chart.points[1]);
-  EXPECT_EQ(front[2], &chart.points[3]);
-  const auto take = recommendations(chart);
-  ASSERT_EQ(take.size(), 9u);                  // a run finer than the reference counts as 1e-9
-  EXPECT_EQ(take[0].point, &chart.points[0]);  // 1e-1, 1e-2
-  EXPECT_EQ(take[1].point, &chart.points[0]);
-  EXPECT_EQ(take[2].point, &chart.points[1]);  // 1e-3, 1e-4
-  EXPECT_EQ(take[5].point, &chart.points[3]);  // 1e-6
-  EXPECT_EQ(take[8].point, &chart.points[4]);
-}
-
-TEST(WorkPrecision, ComparesNothingBeyondChaos) {
-  Scene scene = read_scene(test::source_folder() + "/samples/pendulum_5.toml").value();
-  scene.simulation.end_time = 40;
-  const WorkPrecision chart = work_precision(scene, measured_once({"dop853"})).value();
-  ASSERT_TRUE(chart.reference.found);
-  EXPECT_LT(chart.reference.horizon, 40);
-  EXPECT_NE(chart.reference.words.find("as in chaos"), std::string::npos) << chart.reference.words;
-  // up to the horizon, fine runs agree with the reference
-  double best = 1;
-  for (const WorkPrecisionPoint& p : chart.points) best = std::min(best, p.errors.position);
-  EXPECT_LT(best, 1e-6);
-}
-
-TEST(WorkPrecision, EarlyDivergenceMovesTheOutputs) {
-  Scene scene = read_scene(test::source_folder() + "/samples/pendulum_5.toml").value();
-  WorkPrecisionSettings settings = measured_once({"dop853"});
-  for (const double end : {200., 600.}) {  // one or two outputs remain, or none
-    scene.simulation.end_time = end;
-    settings.outputs = 10, settings.budget = 0.05;
-    const WorkPrecision chart = work_precision(scene, settings).value();
-    ASSERT_TRUE(chart.reference.found) << chart.reference.words;
-    EXPECT_NE(chart.reference.words.find("diverge too early, as in chaos"), std::string::npos)
-        << chart.reference.words;
-    EXPECT_LT(chart.reference.horizon, 60);
-    EXPECT_NEAR(chart.duration, chart.reference.horizon, 1e-9);
-    // steps are as long as the time between outputs, and all outputs are compared
-    EXPECT_TRUE(fastest_within(chart, 1e-3)) << chart.reference.words;
-  }
-}
-
-// A swing for a thousand periods: the difference of two methods grows as the square of time, which is not
-// chaos, so the whole motion is compared.
-TEST(WorkPrecision, LongSwingIsNotChaos) {
-  Scene scene = read_scene(test::source_folder() + "/samples/pendulum.toml").value();
-  scene.simulation.end_time = 3000;
-  const WorkPrecision chart = work_precision(scene, measured_once({"dop853"})).value();
-  ASSERT_TRUE(chart.reference.found);
-  EXPECT_EQ(chart.reference.words.find("chaos"), std::string::npos) << chart.reference.words;
-  EXPECT_NEAR(chart.reference.horizon, 3000, 1e-6) << chart.reference.words;
-  EXPECT_TRUE(fastest_within(chart, 1e-3));
-}
-
-// Near the separatrix each turn of the plate multiplies the difference of two runs, to 5e-6 after 10 s. Over
-// half of that time, accuracies down to 1e-7 can be judged.
-TEST(WorkPrecision, GrowingDivergenceShortensTheComparison) {
-  const Scene scene = read_scene(test::source_folder() + "/samples/spinning_plate.toml").value();
-  const WorkPrecision chart = work_precision(scene, measured_once({"dop853"})).value();
-  ASSERT_TRUE(chart.reference.found);
-  EXPECT_LE(reference_floor(chart), 1e-7) << chart.reference.words;
-  EXPECT_GT(chart.reference.horizon, 3) << chart.reference.words;  // it has turned over twice
-  EXPECT_LT(chart.reference.horizon, 9) << chart.reference.words;
-  EXPECT_TRUE(fastest_within(chart, 1e-6));
-}
-
-// Springs of 3e8 N m/rad with dampers of 5e6: no explicit method succeeds. The stiff spring's angle is
-// bounded by its load over its stiffness.
-TEST(WorkPrecision, StiffSceneHasAnImplicitReference) {
-  const Scene scene = parse_scene(R"(name = "very stiff arm"
-gravity = [0, 0, -9.81]
-[simulation]
-end_time = 2
-[[solid]]
-name = "upper"
-joint = {rotation = "y", name = "q1", value = 0.1}
-mass = 2.0
-centre = [0, 0, -0.15]
-tensor = [0.02, 0.02, 0.001]
-[[solid]]
-name = "fore"
-parent = "upper"
-joint = [{fixed = [0, 0, -0.3]}, {rotation = "y", name = "q2", value = 0.9}]
-mass = 1.2
-centre = [0, 0, -0.14]
-tensor = [0.01, 0.01, 0.001]
-[[effort]]
-name = "k1"
-kind = "coordinate_spring"
-on = "q1"
-stiffness = 3e8
-damping = 5e6
-rest = 0.1
-)",
-                                  "arm.toml")
-                          .value();
-  const WorkPrecision chart = work_precision(scene, measured_once({"cvode", "gauss6"})).value();
-  ASSERT_TRUE(chart.reference.found) << chart.reference.words;
-  EXPECT_NE(chart.reference.runs[0].find("cvode"), std::string::npos);
-  EXPECT_NEAR(chart.reference.horizon, 2, 1e-9);
-  EXPECT_TRUE(fastest_within(chart, 1e-6));
-  // the same scene with a rigid joint moves as a pendulum; the spring yields by less than 1e-7
-  Scene rigid = scene;
-  rigid.efforts.clear();
-  rigid.solids[0].switches[0].motion = Locked{};
-  const System one = compile(rigid).value(), two = compile(scene).value();
-  SimulationSettings how = rigid.simulation;
-  how.method = "dop853";
-  how.tolerance = 1e-12;
-  how.output_interval = 0.1;
-  const Trajectory pendulum = simulate(one, one.initial, how).value();
-  how.method = "cvode";
-  how.tolerance = 1e-11;
-  const Trajectory stiff = simulate(two, two.initial, how).value();
-  for (std::size_t row = 0; row < pendulum.times.size(); ++row)
-    EXPECT_NEAR(stiff.q(Eigen::Index(row), 1), pendulum.q(Eigen::Index(row), 0), 1e-6);
-}
-
-TEST(WorkPrecision, SaysIfNoMethodCompletesTheRun) {
-  Scene scene = oscillator();
-  scene.efforts = {{"spring", CoordinateSpring{{"x"}, -1e6, 0, 0}}};  // runs away as exp(1000 t)
-  WorkPrecisionSettings settings;
-  settings.methods = {"rk4"};
-  settings.repeats = 1;
-  const WorkPrecision chart = work_precision(scene, settings).value();
-  EXPECT_FALSE(chart.reference.found);
-  EXPECT_NE(chart.reference.words.find("no method completes the run"), std::string::npos)
-      << chart.reference.words;
-}
-
-TEST(WorkPrecision, PageAtRestExplainsMissingDrawings) {
-  Scene scene = oscillator();
-  scene.efforts.clear();
-  scene.gravity.setZero();
-  WorkPrecisionSettings settings;
-  settings.methods = {"rk4", "dop853"};
-  settings.repeats = 1;
-  const WorkPrecision chart = work_precision(scene, settings).value();
-  EXPECT_TRUE(work_precision_plots(chart).empty());
-  EXPECT_NE(why_no_drawing(chart).find("at rest"), std::string::npos);
-  EXPECT_NE(work_precision_page(chart).find(why_no_drawing(chart)), std::string::npos);
-  WorkPrecision none;
-  none.variants = {{"rk4"}};
-  none.points = {{.reason = "fell"}};
-  EXPECT_NE(why_no_drawing(none).find("no run finished"), std::string::npos);
-  EXPECT_TRUE(why_no_drawing(work_precision(oscillator(), settings).value()).empty());
-}
-
-// A reference said to be exact to 1e-12 but 0.1 m off; two of our methods contradict it.
-TEST(WorkPrecision, ContradictsAWrongReference) {
-  const Scene scene = oscillator();
-  WorkPrecisionSettings settings = measured_once({"rk4"}, 0.02);
-  const auto words = [&](double off) {
-    GivenReference given{.name = "mine.csv", .times = {}, .poses = {}};
-    for (int i = 0; i <= settings.outputs; ++i) {
-      given.times.push_back(5. * i / settings.outputs);
-      given.poses.push_back({.p = {std::cos(2 * given.times.back()) + off, 0, 0}});
-    }
-    settings.reference = given;
-    return work_precision(scene, settings).value().reference.words;
-  };
-  EXPECT_NE(words(0.1).find("It is contradicted"), std::string::npos) << words(0.1);
-  EXPECT_EQ(words(0).find("contradicted"), std::string::npos) << words(0);
-  EXPECT_NE(words(0).find("agree with it to"), std::string::npos) << words(0);
-}
-
 // A ball that falls from 1 m and rebounds with half its speed: times of impacts, momentum between them and
 // energy in closed form. Methods are judged by these, also with a given reference.
 TEST(WorkPrecision, JudgesContactScenesByContactLaws) {
@@ -558,63 +252,6 @@ TEST(WorkPrecision, JudgesContactScenesByContactLaws) {
   for (const WorkPrecisionPoint& p : with_poses.points)
     impacts |= std::isfinite(p.errors.impacts), momentum |= std::isfinite(p.errors.momentum);
   EXPECT_TRUE(impacts && momentum) << with_poses.reference.words;
-}
-
-TEST(WorkPrecision, NamesRunsOnTheFront) {
-  WorkPrecision chart;
-  chart.scene = "x";
-  chart.reference.found = true;
-  for (int i = 0; i < 30; ++i) chart.variants.push_back({"m" + std::to_string(i)});
-  for (int i = 0; i < 30; ++i) {  // the last twelve are on the front, the others farther and farther away
-    WorkPrecisionPoint p = made(i < 18 ? 100 + i : i, i < 18 ? 1e-2 : std::pow(10., -0.5 * (i - 16)));
-    p.variant = std::size_t(i);
-    chart.points.push_back(p);
-  }
-  const Plot plot = work_precision_plots(chart)[0].second;
-  std::vector<std::size_t> numbers;
-  for (const Curve& curve : plot.curves) {
-    const bool on_front = curve.name.starts_with("m") && std::stoi(curve.name.substr(1)) >= 18;
-    EXPECT_FALSE(on_front && curve.faint) << curve.name;
-    if (curve.faint) numbers.push_back(curve.number);
-  }
-  ASSERT_EQ(numbers.size(), 18u);
-  for (std::size_t i = 0; i < numbers.size(); ++i) EXPECT_EQ(numbers[i], i + 1);
-  EXPECT_NE(svg(plot).find("by number: 1 m0, 2 m1"), std::string::npos);
-}
-
-TEST(WorkPrecision, ListsFailedRunsWithTheirReason) {
-  const Scene scene = read_scene(test::source_folder() + "/samples/painleve_rod.toml").value();
-  WorkPrecisionSettings settings = measured_once({"dop853", "rk4"}, 0.1);
-  settings.constraints = {ConstraintTreatment::projection};
-  const WorkPrecision chart = work_precision(scene, settings).value();
-  ASSERT_FALSE(chart.points.empty());
-  for (const WorkPrecisionPoint& p : chart.points) {
-    EXPECT_FALSE(p.trusted);
-    EXPECT_FALSE(p.reason.empty());
-  }
-  EXPECT_TRUE(recommendations(chart).empty());
-  const std::string page = work_precision_page(chart);
-  EXPECT_NE(page.find("Runs that did not finish"), std::string::npos);
-  EXPECT_NE(page.find("Painlev"), std::string::npos);
-}
-
-// Runs by rk4 with steps of 1 s diverge: drawings show them at the edge.
-TEST(WorkPrecision, FailedRunsCountTheirCost) {
-  const Scene scene = read_scene(test::source_folder() + "/samples/double_pendulum.toml").value();
-  const WorkPrecision chart = work_precision(scene, measured_once({"dop853", "rk4"}, 0.1)).value();
-  std::vector<double> failed;
-  for (const WorkPrecisionPoint& p : chart.points)
-    if (!p.finished && p.reason.find("took more than") == std::string::npos)
-      failed.push_back(double(p.evaluations));
-  ASSERT_FALSE(failed.empty());
-  EXPECT_GT(*std::min_element(failed.begin(), failed.end()), 0);
-  for (const auto& [name, plot] : work_precision_plots(chart)) {
-    if (!name.ends_with("_evaluations")) continue;
-    for (const double evaluations : failed)
-      EXPECT_TRUE(std::any_of(plot.edge.begin(), plot.edge.end(),
-                              [&](const auto& cross) { return cross.x == evaluations; }))
-          << name << ' ' << evaluations;
-  }
 }
 
 TEST(WorkPrecision, DoesNotRepeatKnownRuns) {
@@ -669,17 +306,6 @@ TEST(WorkPrecision, CoarseChartsOfAllMethodsComeFirst) {
     }
   EXPECT_NE(work_precision_page(coarse[0]).find("finer ones follow"), std::string::npos);
   EXPECT_EQ(work_precision_page(whole).find("finer ones follow"), std::string::npos);
-}
-
-TEST(WorkPrecision, CsvHasALinePerRun) {
-  WorkPrecision chart;
-  chart.scene = "x";
-  chart.variants = {{"dop853"}};
-  chart.points = {made(1, 1e-2), {.variant = 0, .setting = 1, .reason = "it \"fell\", so"}};
-  const std::string text = work_precision_csv(chart);
-  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 4);
-  EXPECT_NE(text.find("\"it \"\"fell\"\", so\""), std::string::npos);
-  EXPECT_NE(text.find("dop853,recursive,none,0.001"), std::string::npos);
 }
 
 }  // namespace

@@ -37,10 +37,7 @@ const std::vector<std::string> left_arm{"upper_arm_left", "forearm_left", "hand_
               "forearm_right",  "hand_left",       "hand_right"},
     thighs{"thigh_left", "thigh_right"}, legs{"thigh_left", "thigh_right", "shank_left", "shank_right"};
 
-}  // namespace
-
-std::vector<Case> cases() {
-  std::vector<Case> all;
+void add_standing(std::vector<Case>& all) {
   all.push_back(standing("man", "a man", 11));
   Case c = standing("woman", "a woman", 12);
   c.body.sex = Sex::female;
@@ -69,8 +66,10 @@ std::vector<Case> cases() {
                      {"knee_left_flexion", 75},
                      {"knee_right_flexion", 55}};
   all.push_back(c);
+}
 
-  c = standing("arm_overhead", "one arm over the head", 16);
+void add_raised_and_folded(std::vector<Case>& all) {
+  Case c = standing("arm_overhead", "one arm over the head", 16);
   c.body.pose_deg = {{"shoulder_left_abduction", 150},
                      {"shoulder_left_flexion", 0},
                      {"shoulder_left_rotation", -85},
@@ -110,7 +109,9 @@ std::vector<Case> cases() {
                      {"knee_left_flexion", 105},
                      {"knee_right_flexion", 97}};
   all.push_back(c);
+}
 
+void add_partial(std::vector<Case>& all) {
   all.push_back(scanned("cut_at_neck", "ends at the neck", 18, {-far, -far, -far}, {far, far, 1560}));
   all.push_back(scanned("cut_at_knee", "ends above the knees", 19, {-far, -far, 590}, {far, far, far}));
   all.push_back(scanned("cut_on_left", "the left arm half outside", 20, {-far, -far, -far}, {225, far, far}));
@@ -118,8 +119,10 @@ std::vector<Case> cases() {
   all.push_back(scanned("one_side", "the left side alone", 31, {0, -far, -far}, {far, far, far}));
   all.push_back(scanned("legs_alone", "legs alone", 32, {-far, -far, -far}, {far, far, 620}));
   all.push_back(scanned("head_alone", "a head alone", 33, {-far, -far, 1560}, {far, far, far}));
+}
 
-  c = standing("obese", "BMI 40", 21);
+void add_unusual_bodies(std::vector<Case>& all) {
+  Case c = standing("obese", "BMI 40", 21);
   c.body.mass_kg = 121;
   c.touching = both_arms;
   c.touching.insert(c.touching.end(), legs.begin(), legs.end());
@@ -128,8 +131,10 @@ std::vector<Case> cases() {
   c = standing("child", "a child of six", 22);
   c.body.child = true;
   all.push_back(c);
+}
 
-  c = standing("slices_5mm", "slices of 5 mm", 23);
+void add_unusual_scans(std::vector<Case>& all) {
+  Case c = standing("slices_5mm", "slices of 5 mm", 23);
   c.grid.spacing = {2, 2, 5};
   all.push_back(c);
 
@@ -159,6 +164,17 @@ std::vector<Case> cases() {
   c = standing("field_of_view", "a field of view of 0.5 m", 29);
   c.scan.field_of_view = 500;
   all.push_back(c);
+}
+
+}  // namespace
+
+std::vector<Case> cases() {
+  std::vector<Case> all;
+  add_standing(all);
+  add_raised_and_folded(all);
+  add_partial(all);
+  add_unusual_bodies(all);
+  add_unusual_scans(all);
   return all;
 }
 
