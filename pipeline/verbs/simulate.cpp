@@ -82,13 +82,6 @@ Result<std::string> shown_motion(const Scene& scene, const Trajectory& trajector
   return motion_text(scene, trajectory, output);
 }
 
-// Prefixes errors of compilation or simulation with the scene's file.
-tl::unexpected<Error> in_file(const std::string& file, Error error) {
-  // errors of compile already name the file with its line
-  if (!error.where.starts_with(file)) error.where = error.where.empty() ? file : file + ", " + error.where;
-  return tl::unexpected(std::move(error));
-}
-
 nlohmann::json answer_of(const SimulateOptions& o, const ModelFile& model, const Trajectory& t,
                          bool written) {
   const FileOrder order = file_order(model.scene, t.coordinates);
