@@ -38,6 +38,18 @@ TEST(Program, SuggestsTheFlagOrValueForAMistypedOne) {
       "--help)\n");
 }
 
+TEST(Program, TellsWhatAMissingOptionIs) {
+  const ProgramRun folder = run_program("export labels.nrrd --volume scan --dicom");
+  EXPECT_EQ(folder.code, 2);
+  EXPECT_EQ(folder.err,
+            "borelli: --output FOLDER is required: Folder for the files (see borelli export --help)\n");
+  EXPECT_EQ(run_program("export -o folder").err,
+            "borelli: labels is required: Label map: .nii.gz, .nrrd or .mha (see borelli export --help)\n");
+  // a mistyped flag is the nearer cause
+  EXPECT_EQ(run_program("export labels.nrrd --outptu folder").err,
+            "borelli: unknown flag --outptu; did you mean --output? (see borelli export --help)\n");
+}
+
 // A user reads names and words, not types and checks.
 TEST(Program, TellsValuesAndRangesInWords) {
   const std::string help = run_program("run --help").out;
