@@ -190,6 +190,7 @@ Result<nlohmann::json> work(RunAsked asked, const Command& command) {
   if (auto fine = check_captured(settings); !fine) return tl::unexpected(fine.error());
   if (settings.skin && settings.deface)
     return bad_use("--skin", "writes the face, which --deface removes; leave one of the two out");
+  if (auto fine = check_effect(asked.video); !fine) return tl::unexpected(fine.error());
   if (!asked.video.file.empty()) {
     if (fs::path(asked.video.file).has_parent_path())
       return bad_use("--video " + asked.video.file,

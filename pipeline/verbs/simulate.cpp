@@ -176,6 +176,7 @@ Result<nlohmann::json> work(const SimulateOptions& o, const Command& command) {
   if (!o.output.empty()) {
     if (auto fine = check_writable(o.output, {o.scene}); !fine) return tl::unexpected(fine.error());
   }
+  if (auto fine = check_effect(o.video); !fine) return tl::unexpected(fine.error());
   if (!o.video.file.empty()) {
     if (const auto fine = video_options(o.video); !fine) return tl::unexpected(fine.error());
     if (auto fine = check_writable(o.video.file, {o.scene}); !fine) return tl::unexpected(fine.error());
