@@ -470,7 +470,8 @@ void place_far_ends(const Limbs& limbs, double scale, Landmarks& marks) {
       if (!limb.way->present || from == marks.end() || marks.contains(limb.beyond + at)) continue;
       if (const auto end = far_end_of(*limb.way, from->second.point, limb.shaft * scale))
         marks[limb.name + at] = found(
-            *end, beside, limb.way->cut ? "bone: where the scan cuts it" : "bone: as far as it surely goes");
+            *end, beside,
+            limb.way->cut ? "bone: where the scan cuts it" : "bone: last point that surely belongs to it");
     }
 }
 

@@ -180,7 +180,7 @@ void put_middle_of_hips(const Trunk& trunk, Landmarks& marks) {
         trunk.no_leg[static_cast<std::size_t>(side)] && hip != marks.end())
       marks["mid_hip"] = {0.5 * (trunk.hip[0]->centre + trunk.hip[1]->centre),
                           std::hypot(hip->second.deviation, alike), 0,
-                          "mirror image: middle of the hip centres"};
+                          "middle of the hip centres, one of them mirrored"};
 }
 
 void settle_lone_heads(Trunk& trunk) {

@@ -8,6 +8,7 @@
 
 #include "segmentation/joints/spheres.hpp"
 #include "segmentation/vocabulary/cuts.hpp"
+#include "segmentation/vocabulary/part_words.hpp"
 #include "segmentation/vocabulary/parts.hpp"
 
 namespace borelli {
@@ -194,7 +195,7 @@ void ClassParts::find_joints(const Anatomy& a, const Volume<std::uint8_t>& seeds
     if (there != marks.end()) {
       const double apart = (there->second.point - by_labels->point).norm();
       if (apart < (head ? 15 : 40)) continue;
-      warnings.push_back(joint + ": the scan shows it " + std::to_string(std::lround(apart)) +
+      warnings.push_back(in_words(joint) + ": the scan shows it " + std::to_string(std::lround(apart)) +
                          " mm from where the labelled bones meet; the labels were used");
       const std::string side =
           joint.substr(joint.rfind('_') == std::string::npos ? joint.size() : joint.rfind('_'));

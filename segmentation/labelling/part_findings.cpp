@@ -109,18 +109,19 @@ void judge(const Anatomy& a, const Contact& contact, const PartPlanes& planes, c
         }
         const std::size_t said = finding.note.size();
         if (it->second.source.starts_with("proportion"))
-          finding.note += (finding.note.empty() ? "" : "; ") + std::string(spine ? bound : joint) +
-                          " placed by proportion";
+          finding.note +=
+              (finding.note.empty() ? "" : "; ") + in_words(spine ? bound : joint) + " placed by proportion";
         if (it->second.source.ends_with(unlike_other_side))
           finding.note += (finding.note.empty() ? "" : "; ") +
                           (bound.starts_with("asis")
                                ? "the iliac spines that define its cut are not mirror images of each other"
-                               : bound + " differs from the other side's");
+                               : in_words(bound) + " does not match the other side's");
         if (it->second.source.ends_with(unlike_body))
-          finding.note += (finding.note.empty() ? "" : "; ") + bound + " does not fit the body's size";
+          finding.note +=
+              (finding.note.empty() ? "" : "; ") + in_words(bound) + " does not fit the body's size";
         if (const auto own = out.landmarks.find(joint);
             own != out.landmarks.end() && own->second.source.starts_with("regression"))
-          finding.note += (finding.note.empty() ? "" : "; ") + joint + " placed by regression";
+          finding.note += (finding.note.empty() ? "" : "; ") + in_words(joint) + " placed by regression";
         if (finding.note.size() == said && std::exp(-deviation / 30) < least_confidence)
           finding.note += (finding.note.empty() ? "" : "; ") +
                           fmt::format("{} may lie {:.0f} mm off", in_words(bound), deviation);
@@ -129,7 +130,7 @@ void judge(const Anatomy& a, const Contact& contact, const PartPlanes& planes, c
           finding.confidence = std::min(finding.confidence, 0.4);
       } else if (finding.coverage == Coverage::whole || count[neighbour] > 0) {
         finding.confidence = std::min(finding.confidence, finding.coverage == Coverage::whole ? 0.2 : 0.4);
-        finding.note += (finding.note.empty() ? "" : "; ") + std::string("no plane at ") + joint;
+        finding.note += (finding.note.empty() ? "" : "; ") + "no cut plane at the " + in_words(joint);
       }
     }
   }
@@ -333,7 +334,7 @@ void doubt_hands_that_meet(Segmentation& out) {
     hand->confidence = std::min(hand->confidence, 0.1);
     hand->note += (hand->note.empty() ? "" : "; ") +
                   std::string(hand == &larger ? "may include" : "may lack") +
-                  " part of a hand: the arms' bones meet, and the hands differ";
+                  " part of a hand: the bones of the arms touch, and the hands differ in volume";
   }
   forget_cut_ends(out);
 }

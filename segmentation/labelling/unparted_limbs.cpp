@@ -45,7 +45,7 @@ double usual_upper_arm(const Landmarks& marks) {
 
 void tell_stumps(Segmentation& out) {
   for (std::size_t n = 1; n < parts.size(); ++n)
-    if (out.absent[n]) out.part[n] = {Coverage::absent, 0, 0, std::string(absent_as_told)};
+    if (out.absent[n]) out.part[n] = {Coverage::absent, 0, 0, std::string(stated_as_absent)};
   for (std::size_t n = 5; n < parts.size(); ++n) {
     PartFinding& finding = out.part[n];
     if (finding.volume == 0) continue;
@@ -60,7 +60,7 @@ void tell_stumps(Segmentation& out) {
     finding.coverage = Coverage::cut;
     finding.note = std::string(stump_note) + lacks +
                    (lacks.find(" and ") == std::string::npos ? " is " : " are ") +
-                   std::string(absent_as_told) + (finding.note.empty() ? "" : "; " + finding.note);
+                   std::string(stated_as_absent) + (finding.note.empty() ? "" : "; " + finding.note);
   }
 }
 
@@ -91,7 +91,7 @@ void tell_what_is_not_parted(const PartPlanes& planes, Segmentation& out) {
     if (last == n) continue;
     out.part[n].coverage = Coverage::cut;
     out.part[n].confidence = std::min(out.part[n].confidence, 0.2);
-    out.part[n].note.clear();  // replaces "no plane at knee_left"
+    out.part[n].note.clear();  // replaces "no cut plane at the left knee"
     add(out.part[n].note, "no " + joint + " was found: this part includes the " + held);
   }
 }

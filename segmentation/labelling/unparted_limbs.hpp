@@ -8,7 +8,7 @@
 
 namespace borelli {
 
-/// Marks stumps: a part whose child is given as absent is cut. Absent parts get the note `absent_as_told`.
+/// Marks stumps: a part whose child is given as absent is cut. Absent parts get the note `stated_as_absent`.
 void tell_stumps(Segmentation& out);
 
 /// Marks limb parts that end within the scan without a plane at their far joint: they contain the next part
