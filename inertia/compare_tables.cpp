@@ -150,11 +150,13 @@ Result<void> check_comparable(const std::vector<NamedTable>& tables) {
   const NamedTable& first = tables.front();
   for (const NamedTable& other : tables) {
     const auto differ = [&](const char* what, const std::string& a, const std::string& b) {
-      return bad_use(other.name,
-                     fmt::format("its {} are by {}, those of {} by {}; parts are comparable only with the "
-                                 "same cuts and frames; make both tables by one convention",
-                                 what, b.empty() ? "an unstated method" : b, first.name,
-                                 a.empty() ? "an unstated method" : a));
+      return bad_use(
+          other.name,
+          fmt::format("its {0} follow {1}, those of {2} follow {3}; parts are comparable only with "
+                      "the same cuts and frames; make both tables with the same --convention and "
+                      "--frames",
+                      what, b.empty() ? "an unstated method" : b, first.name,
+                      a.empty() ? "an unstated method" : a));
     };
     if (other.table.source.cuts != first.table.source.cuts)
       return differ("cuts", first.table.source.cuts, other.table.source.cuts);

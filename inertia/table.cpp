@@ -60,7 +60,8 @@ Comparison compare(const InertiaTable& table, const InertiaRow& row, std::string
   const std::string& sex = table.source.sex;
   const auto none = [](std::string why) { return Comparison{.why_not = std::move(why)}; };
   if (sex.empty()) return none("the sex is not stated");
-  if (row.completeness != Completeness::whole) return none(fmt::format("part {}", name_of(row.completeness)));
+  if (row.completeness != Completeness::whole)
+    return none(fmt::format("the part is {}", name_of(row.completeness)));
   if (!row.frame || row.frame->length() <= 0) return none("the endpoints are unknown");
   const SegmentFrame& frame = *row.frame;
   const bool whole = table.whole.completeness == Completeness::whole;

@@ -362,7 +362,7 @@ System holding(const System& system, const Eigen::VectorXd& efforts) {
                            .group = system.velocity_groups[info.v_index]});
     out.coordinate_sites.push_back({.q = info.q_index, .u = info.v_index});
     out.parameters.efforts.push_back(
-        {"held on " + info.name, OwnEffort({}, {{info.name}}, Held{effort, info.q_size == 4})});
+        {"constant effort on " + info.name, OwnEffort({}, {{info.name}}, Held{effort, info.q_size == 4})});
   }
   return out;
 }

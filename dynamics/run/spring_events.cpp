@@ -130,8 +130,9 @@ Result<AfterEvent> SpringEvents::handle(std::span<const int> which, State& state
   look(workspace.kinematics);
   for (const int i : which) {
     if (const int turn = i - first_turn(); turn >= 0) {
-      log.push_back({state.t, "half_turn",
-                     fmt::format("effort '{}' turns round", parameters_.efforts[turns_[turn].effort].name)});
+      log.push_back(
+          {state.t, "half_turn",
+           fmt::format("effort '{}' passes half a turn", parameters_.efforts[turns_[turn].effort].name)});
       continue;
     }
     Bound& bound = bounds_[i / 4];

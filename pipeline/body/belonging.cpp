@@ -108,17 +108,19 @@ Result<std::string> compare_volumes(const std::array<PartFinding, parts.size()>&
     ++compared;
     if (std::abs(held - told) > same * std::max(held, told))
       differ.push_back(
-          fmt::format("{} {:.2f} litres, found as {:.2f}", parts[n].name, 1e-6 * held, 1e-6 * told));
+          fmt::format("{} {:.2f} litres instead of {:.2f}", parts[n].name, 1e-6 * held, 1e-6 * told));
   }
   if (differ.empty()) return "";
   if (2 * differ.size() > compared)
     return bad_use(
         "findings",
         fmt::format(
-            "they belong to another segmentation than the labels: {} of {} parts have another volume ({})",
+            "they belong to another segmentation than the labels: the volumes of {} of {} parts differ ({}); "
+            "give the segmentation.json that was written with these labels",
             differ.size(), compared, name_list(differ, 4)));
-  return fmt::format("the labels differ from the findings, which were used all the same: {}",
-                     name_list(differ, 4));
+  return fmt::format(
+      "volumes in the labels differ from those in segmentation.json, whose findings were used anyway: {}",
+      name_list(differ, 4));
 }
 
 std::string compare_sides(const LabelMap& labels) {

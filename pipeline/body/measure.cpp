@@ -38,10 +38,12 @@ Result<void> check(const GreyVolume& volume, const LabelMap& labels, const Measu
   if (!options.sex.empty() && options.sex != "male" && options.sex != "female")
     return bad_use("sex", fmt::format("'{}' is unknown; expected male or female", printable(options.sex)));
   if (!agree(volume.grid, labels.grid))
-    return bad_use("labels", fmt::format("they must lie on the volume's grid of {} x {} x {} voxels, but "
-                                         "have {} x {} x {}, other axes or another origin",
-                                         volume.grid.size[0], volume.grid.size[1], volume.grid.size[2],
-                                         labels.grid.size[0], labels.grid.size[1], labels.grid.size[2]));
+    return bad_use(
+        "labels",
+        fmt::format("they must lie on the volume's grid of {} x {} x {} voxels, but "
+                    "have {} x {} x {}, other axes or another origin; resample the labels to the volume",
+                    volume.grid.size[0], volume.grid.size[1], volume.grid.size[2], labels.grid.size[0],
+                    labels.grid.size[1], labels.grid.size[2]));
   if (!options.density_curve.empty() && volume.quantity != Quantity::hu)
     return bad_use("density curve " + options.density_curve,
                    "applies to CT numbers, and the volume contains densities; leave it out");
@@ -125,7 +127,7 @@ void doubt_what_is_air(const LabelsInAir& air, const LabelMap& labels, PartCompl
     PartHeld& part = completeness.try_emplace(name_of_label(labels, label), not_told).first->second;
     part.doubt = fmt::format("{:.0f} % of its label is air outside the body", 100 * air.share[label]);
     if (std::ranges::find(air.wrong, label) != air.wrong.end()) {
-      part.doubt += ": this is not the part of this body";
+      part.doubt += ": the label does not fit this body";
       part.held = Completeness::cut;
     }
   }

@@ -39,7 +39,7 @@ std::string reference_words(const VolumeEconomy& economy) {
   for (std::size_t c = 0; c < std::size(parts_choices); ++c)
     out += fmt::format("{} {} ({} parts)", c > 0 ? "," : "", percent_or_none(economy.doubt(c)),
                        parts_choices[c].count);
-  return out + ", and smaller figures mean nothing";
+  return out + ", so errors below these cannot be told";
 }
 
 /// The entry with the largest error.
