@@ -80,7 +80,7 @@ std::shared_ptr<NamedScan> scan_from(const py::object& given, const Numbers& axe
   const FileQuantity held = value_or_throw(parse_quantity(quantity));
   if (held == FileQuantity::density_gcm3)
     refuse("quantity", "of an array must be hu, density_kgm3, labels or mr");
-  volume.quantity = held_as(held);
+  volume.quantity = stored_as(held);
   volume.voxels = voxels_of<std::int16_t>(voxels, "voxels");
   out->scan.reading = fmt::format("{}, as given by the caller", quantity_words(held));
   out->name = name;

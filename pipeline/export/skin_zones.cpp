@@ -125,7 +125,7 @@ WaysFromCut ways_from_cut(std::uint8_t part, std::uint8_t parent, const std::arr
   const auto at = [&](const Index& i) {
     return coarse.at(box.first[0] + i[0], box.first[1] + i[1], box.first[2] + i[2]);
   };
-  Volume<float> cost{grid, std::vector<float>(grid.count(), no_way)};
+  Volume<float> cost{grid, std::vector<float>(grid.count(), no_path)};
   Volume<std::uint8_t> cut{grid, std::vector<std::uint8_t>(grid.count(), 0)};
   each_voxel(grid, [&](const Index& i, std::size_t n) {
     const std::uint8_t here = at(i);
@@ -141,7 +141,7 @@ WaysFromCut ways_from_cut(std::uint8_t part, std::uint8_t parent, const std::arr
       }
   });
   const Geodesic ways = geodesic(Places(cost, 1), cut, false);
-  WaysFromCut out{box.first, grid.size, std::vector<float>(grid.count(), no_way)};
+  WaysFromCut out{box.first, grid.size, std::vector<float>(grid.count(), no_path)};
   const double half_step = grid.axes(0, 0) / 2;  // the cut runs between voxels
   for (std::size_t n = 0; n < grid.count(); ++n)
     if (ways.owner.voxels[n]) out.lengths[n] = static_cast<float>(1e-3 * (ways.length(n) + half_step));

@@ -12,7 +12,7 @@
 
 #include "segmentation/joints/bent_joints.hpp"
 #include "segmentation/joints/hinges.hpp"
-#include "segmentation/joints/joints_along_way.hpp"
+#include "segmentation/joints/joints_along_path.hpp"
 #include "segmentation/joints/limb_lengths.hpp"
 #include "segmentation/joints/lone_heads.hpp"
 #include "threads/slabs.hpp"
@@ -229,8 +229,8 @@ Vector3d body_left(const Trunk& trunk) {
 
 void find_leg(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side, Landmarks& marks) {
   const auto n = static_cast<std::size_t>(side);
-  const LimbWay& way = limbs.leg(side);
-  if (!(trunk.hip[n] || trunk.femur[n]) || !way.present) return;
+  const LimbPath& path = limbs.leg(side);
+  if (!(trunk.hip[n] || trunk.femur[n]) || !path.present) return;
   const Limb limb = side == left_side ? Limb::leg_left : Limb::leg_right;
   const std::string at = side_suffix(side);
   const double scale = trunk.scale;
@@ -241,11 +241,11 @@ void find_leg(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
                                         : "bone: sphere on the femoral head",
                               head->radius);
 
-  const JointsAlongWay joints = leg_joints(way, scale);
+  const JointsAlongPath joints = leg_joints(path, scale);
   if (joints.middle == 0 || is_absent(trunk.absent, "shank", at)) return;
   // the centre of the condyles lies one condyle radius above the joint's gap
   constexpr double condyle = 22;
-  const Vector3d knee_line = way.points[way.index(joints.middle)];
+  const Vector3d knee_line = path.points[path.index(joints.middle)];
   const Vector3d root = trunk.hip[n] ? trunk.hip[n]->centre : *trunk.femur[n];
   const Vector3d down = (knee_line - root).normalized();
   const Section end = section_of(a, limbs, limb, knee_line, down, 9, 65);
@@ -265,21 +265,21 @@ void find_leg(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
       k = lower;
   // near a right angle and beyond, the outlines of both bones overlap, unless their shafts locate the joint
   const double beyond = joints.middle + 150 * scale;
-  const Vector3d shank = way.points[way.index(beyond)] - way.points[way.index(joints.middle + 50 * scale)];
+  const Vector3d shank = path.points[path.index(beyond)] - path.points[path.index(joints.middle + 50 * scale)];
   constexpr double bent = 0.26;  // cosine of 75 degrees
-  const bool folded = way.length() > beyond && shank.normalized().dot(down) < bent;
+  const bool folded = path.length() > beyond && shank.normalized().dot(down) < bent;
   // if the scan ends above a knee, the shaft that broadens towards it resembles its end
   constexpr double knee_in_view = 45;
-  if (!k.measured && way.cut && a.near_edge(k.centre + knee_in_view * scale * down, a.step())) return;
+  if (!k.measured && path.cut && a.near_edge(k.centre + knee_in_view * scale * down, a.step())) return;
   double deviation = !k.measured && folded && !bent_knee ? 45 * scale : k.deviation;
   // On condyles that the scan's end or side cuts, a cylinder fits only the part in view. The upper end of
   // legs alone may resemble condyles.
   constexpr double condyles_in_view = 30, thigh_in_view = 30, unlike_condyles = 60, half_wide = 40, cut = 12;
   if (a.near_edge(k.centre, half_wide * scale)) deviation = std::max(deviation, cut * scale);
   const bool child = a.size < child_size;  // 17 mm too proximal at 13 mm from the scan's end
-  if (way.cut && a.near_edge(k.centre + (child ? 2 : 1) * condyles_in_view * scale * down, a.step()))
+  if (path.cut && a.near_edge(k.centre + (child ? 2 : 1) * condyles_in_view * scale * down, a.step()))
     deviation = std::max(deviation, condyles_in_view * scale);
-  if (way.headless && a.near_edge(k.centre - thigh_in_view * scale * down, a.step()))
+  if (path.headless && a.near_edge(k.centre - thigh_in_view * scale * down, a.step()))
     deviation = std::max(deviation, unlike_condyles * scale);
   marks["knee" + at] =
       found(k.centre, deviation,
@@ -289,7 +289,7 @@ void find_leg(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
 
   if (joints.end == 0 || is_absent(trunk.absent, "foot", at)) return;
   // continues straight along the shank, since the path itself turns into the foot before the joint
-  const Vector3d flare = way.points[way.index(joints.end - flare_to_ankle * scale)];
+  const Vector3d flare = path.points[path.index(joints.end - flare_to_ankle * scale)];
   const Vector3d along = (flare - k.centre).normalized();
   const JointEnd m =
       joint_end(a, limbs, limb, side, flare + flare_to_ankle * scale * along, along, left,
@@ -349,7 +349,7 @@ void turn_elbow(int side, const Vector3d& down, const Vector3d& along, Landmarks
     return;
   }
   // A straight elbow: assumes that the arm swung there by the shortest rotation. Its own axial rotation on
-  // the way is unknown.
+  // the path is unknown.
   const Vector3d swung = Eigen::Quaterniond::FromTwoVectors(-Vector3d::UnitZ(), down) *
                          Vector3d(side_sign(side) * Vector3d::UnitX());
   if (swung.dot(lateral.point - medial.point) < 0) std::swap(medial, lateral);
@@ -362,22 +362,22 @@ void turn_elbow(int side, const Vector3d& down, const Vector3d& along, Landmarks
 // A place on the path distal to a joint that gives the limb's direction if the next joint is not found: the
 // cut end, or the last place that surely is shaft. Empty if the path ends near the joint.
 constexpr double forearm_shaft = 200, shank_shaft = 300;  // mm
-std::optional<Vector3d> far_end_of(const LimbWay& way, const Vector3d& joint, double shaft) {
+std::optional<Vector3d> far_end_of(const LimbPath& path, const Vector3d& joint, double shaft) {
   constexpr double enough = 60;  // mm
   const auto off = [&](const Vector3d& p) { return (p - joint).norm(); };
-  auto end = std::prev(way.points.end());
-  if (!way.cut) {
-    end = std::min_element(way.points.begin(), way.points.end(),
+  auto end = std::prev(path.points.end());
+  if (!path.cut) {
+    end = std::min_element(path.points.begin(), path.points.end(),
                            [&](const auto& p, const auto& q) { return off(p) < off(q); });
-    while (std::next(end) != way.points.end() && off(*end) < shaft) ++end;
+    while (std::next(end) != path.points.end() && off(*end) < shaft) ++end;
   }
   return off(*end) > enough ? std::optional(*end) : std::nullopt;
 }
 
 void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side, Landmarks& marks) {
   const auto n = static_cast<std::size_t>(side);
-  const LimbWay& way = limbs.arm(side);
-  if (!trunk.shoulder[n] || !way.present) return;
+  const LimbPath& path = limbs.arm(side);
+  if (!trunk.shoulder[n] || !path.present) return;
   const Limb limb = side == left_side ? Limb::arm_left : Limb::arm_right;
   const std::string at = side_suffix(side);
   const double scale = trunk.scale;
@@ -388,10 +388,10 @@ void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
                                           : "bone: sphere on the humeral head",
                                  head.radius);
 
-  const JointsAlongWay joints = arm_joints(way, scale);
+  const JointsAlongPath joints = arm_joints(path, scale);
   if (joints.middle == 0 || is_absent(trunk.absent, "forearm", at)) return;
   constexpr double trochlea = 10;
-  const Vector3d elbow_line = way.points[way.index(joints.middle)];
+  const Vector3d elbow_line = path.points[path.index(joints.middle)];
   const Vector3d down = (elbow_line - trunk.shoulder[n]->centre).normalized();
   const Section end = section_of(a, limbs, limb, elbow_line, down, 6, 45);
   const JointEnd e = joint_end(a, limbs, limb, side, end.centre - trochlea * scale * down, down, left,
@@ -400,7 +400,7 @@ void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
                                bent_joint(a, limbs, limb, joints.middle, 50 * scale, 160 * scale));
   // if the scan ends above an elbow, the shaft that broadens towards it resembles its end
   constexpr double joint_in_view = 30;
-  if (way.cut && a.near_edge(e.centre + joint_in_view * scale * down, a.step())) return;
+  if (path.cut && a.near_edge(e.centre + joint_in_view * scale * down, a.step())) return;
   // Extra deviation on large voxels: of epicondyles by outlines above 5 mm, of cylinders above 4 mm (9 mm off
   // in 2 of 6 children at 3 mm, whose voxels are as large relative to the body).
   const double edge = std::max(std::cbrt(a.source->grid.voxel_volume()), a.step());
@@ -416,14 +416,14 @@ void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
 
   const auto turn_sides = [&](const Vector3d& along) { turn_elbow(side, down, along, marks); };
   if (joints.end == 0 || is_absent(trunk.absent, "hand", at)) {
-    if (const auto beyond = far_end_of(way, e.centre, forearm_shaft * scale))
+    if (const auto beyond = far_end_of(path, e.centre, forearm_shaft * scale))
       turn_sides((*beyond - e.centre).normalized());
     return;
   }
   // the joint's line is perpendicular to the forearm, between the sides of the styloids just above it
-  const Vector3d by_sections = way.points[way.index(joints.end)];
+  const Vector3d by_sections = path.points[path.index(joints.end)];
   const LikelyWrist likely = a.gap_may_fuse(scale)
-                                 ? likely_wrist(wrist_places(way, e.centre, scale), by_sections, scale)
+                                 ? likely_wrist(wrist_places(path, e.centre, scale), by_sections, scale)
                                  : LikelyWrist{by_sections, true, 0};
   const Vector3d& line = likely.point;
   const Vector3d along = (line - e.centre).normalized();
@@ -443,8 +443,8 @@ void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
     }
   // if the scan cuts an arm and the voxels show no gap, a dip in the forearm's section may pass for the wrist
   constexpr double hand_tells = 90;
-  const double in_view = (way.points.back() - wrist).norm();
-  const bool may_be_beyond = way.cut && a.gap_may_fuse(scale) && in_view < hand_tells * scale;
+  const double in_view = (path.points.back() - wrist).norm();
+  const bool may_be_beyond = path.cut && a.gap_may_fuse(scale) && in_view < hand_tells * scale;
   marks["wrist" + at] = found(
       wrist,
       std::hypot(5, a.gaps_unseen(scale), std::max(likely.deviation, may_be_beyond ? 0.5 * in_view : 0.0)),
@@ -458,7 +458,7 @@ void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
 void place_far_ends(const Limbs& limbs, double scale, Landmarks& marks) {
   constexpr double beside = 12;  // mm: the path follows one of two bones
   struct LowerLimb {
-    const LimbWay* way;
+    const LimbPath* path;
     const char *joint, *beyond, *name;
     double shaft;
   };
@@ -467,11 +467,11 @@ void place_far_ends(const Limbs& limbs, double scale, Landmarks& marks) {
                                   LowerLimb{&limbs.leg(side), "knee", "ankle", "shank_end", shank_shaft}}) {
       const std::string at = side_suffix(side);
       const auto from = marks.find(limb.joint + at);
-      if (!limb.way->present || from == marks.end() || marks.contains(limb.beyond + at)) continue;
-      if (const auto end = far_end_of(*limb.way, from->second.point, limb.shaft * scale))
+      if (!limb.path->present || from == marks.end() || marks.contains(limb.beyond + at)) continue;
+      if (const auto end = far_end_of(*limb.path, from->second.point, limb.shaft * scale))
         marks[limb.name + at] = found(
             *end, beside,
-            limb.way->cut ? "bone: where the scan cuts it" : "bone: last point that surely belongs to it");
+            limb.path->cut ? "bone: where the scan cuts it" : "bone: last point that surely belongs to it");
     }
 }
 

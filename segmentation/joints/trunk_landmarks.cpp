@@ -245,7 +245,7 @@ void find_neck(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, Landmar
 void doubt_front(const Trunk& trunk, const Limbs& limbs, Landmarks& marks) {
   constexpr double arm_thick = 40, shortest = 230;  // mm; of an upper arm about 280
   for (const int side : {left_side, right_side}) {
-    const LimbWay& arm = limbs.arm(side);
+    const LimbPath& arm = limbs.arm(side);
     if (!arm.present || arm.cut || marks.contains(std::string("elbow") + side_suffix(side))) continue;
     if (is_absent(trunk.absent, "forearm", side_suffix(side)) || arm.length() < shortest * trunk.scale)
       continue;

@@ -194,7 +194,7 @@ std::array<Tip, 4> find_tips(const Anatomy& a, const Volume<std::uint8_t>& owner
 }
 
 // Marks hands and feet whose fingers or toes the scan's end cuts. They are too slender for the depth test.
-void tell_cut_tips(const Anatomy& a, const std::array<Tip, 4>& tips, Segmentation& out) {
+void note_cut_tips(const Anatomy& a, const std::array<Tip, 4>& tips, Segmentation& out) {
   const auto point = [&](const std::array<std::int64_t, 3>& place) { return point_of(a.grid(), place); };
   for (const Tip& tip : tips) {
     PartFinding& finding = out.part[static_cast<std::size_t>(part_label(tip.part))];
@@ -298,10 +298,10 @@ void judge_parts(const Anatomy& a, const Volume<std::uint8_t>& owner, const Part
         edge_contact(a.body, a.scan.seen, a.depth, owner,
                      [&](std::uint8_t own, const Vector3d& point) { return planes.part(own, point); }),
         planes, gone, out);
-  tell_cut_tips(a, tips.get(), out);
+  note_cut_tips(a, tips.get(), out);
   forget_cut_ends(out);
-  tell_stumps(out);
-  tell_what_is_not_parted(planes, out);
+  note_stumps(out);
+  note_missing_cuts(planes, out);
   doubt_unparted_limbs(out);
   doubt_impossible_shares(out);
   doubt_what_touches(touched.get(), out);
