@@ -22,20 +22,20 @@ std::string_view name_of(Completeness completeness) {
 InertiaTable make_table(InertiaSource source, std::vector<InertiaRow> rows) {
   InertiaTable table{std::move(source), {}, std::move(rows), {}};
   table.whole.part = "body";
-  const auto look_at = [](InertiaRow& row) {
+  const auto find_flaw = [](InertiaRow& row) {
     const auto physical = check_physical(row.inertial, row.part);
     row.flaw = physical ? "" : physical.error().what;
   };
   for (InertiaRow& row : table.rows) {
     table.whole.completeness = std::min(table.whole.completeness, row.completeness);
     if (row.completeness == Completeness::absent) continue;
-    look_at(row);
+    find_flaw(row);
     table.whole.inertial += row.inertial;
     table.whole.volume += row.volume;
   }
   if (table.whole.completeness == Completeness::absent) table.whole.completeness = Completeness::cut;
   if (table.whole.inertial.mass == 0) table.whole.completeness = Completeness::absent;
-  if (table.whole.completeness != Completeness::absent) look_at(table.whole);
+  if (table.whole.completeness != Completeness::absent) find_flaw(table.whole);
   return table;
 }
 
