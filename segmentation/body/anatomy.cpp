@@ -55,7 +55,7 @@ void measure_depths(Anatomy& a, int threads) {
 }
 
 Anatomy anatomy_of(const GreyVolume& volume, double step, int threads) {
-  return look(volume, work_grid(volume, step, threads), threads);
+  return anatomy_of(volume, work_grid(volume, step, threads), threads);
 }
 
 Anatomy anatomy_of(const GreyVolume& volume, const Grid& grid, int threads) {

@@ -299,7 +299,7 @@ ScannedVolume describe(const SliceStack& stack, const QuantityReading& reading) 
   scanned.age_years = age_of(first.patient_age);
   scanned.reading = reading.statement;
   scanned.volume.grid = stack.grid;
-  scanned.volume.quantity = stored_as(reading.quantity);
+  scanned.volume.quantity = held_as(reading.quantity);
   if (first.modality == "CT" && !first.rescale_type.empty() && first.rescale_type != "HU")
     scanned.warnings.push_back("the series calls its values '" + first.rescale_type +
                                "', not 'HU'; they were read as Hounsfield units");

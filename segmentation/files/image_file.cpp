@@ -58,7 +58,7 @@ double shear(const Grid& grid) {
   return worst;
 }
 
-Result<StoredVoxels> load_voxels(const ImageHeader& header, const Progress& progress, const VoxelVisitor& visit) try {
+Result<StoredVoxels> load_voxels(const ImageHeader& header, const Progress& progress, const Look& look) try {
   StoredVoxels voxels{header.scalar, header.grid.count() * static_cast<std::size_t>(header.layers), {}};
   const std::size_t width = scalar_bytes(header.scalar);
   const std::size_t bytes = voxels.count * width;
@@ -79,12 +79,12 @@ Result<StoredVoxels> load_voxels(const ImageHeader& header, const Progress& prog
     voxels.storage.resize((done + step + 1) / 2);
     std::byte* const target = reinterpret_cast<std::byte*>(voxels.storage.data()) + done;
     if (const auto got = stream.read({target, step}); !got) return tl::unexpected(got.error());
-    if (swap || visit) {
+    if (swap || look) {
       auto& work = aside_of[chunks++ % aside_of.size()];
       if (work.valid()) work.get();
-      work = std::async(aside(0), [&voxels, &visit, target, step, swap, width, first = done / width] {
+      work = std::async(aside(0), [&voxels, &look, target, step, swap, width, first = done / width] {
         if (swap) reverse_bytes(target, step / width, width);
-        if (visit) visit(voxels, first, first + step / width);
+        if (look) look(voxels, first, first + step / width);
       });
     }
     done += step;

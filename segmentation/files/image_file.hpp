@@ -91,12 +91,12 @@ Result<ImageHeader> read_image_header(const std::string& path);
 
 /// Called with voxels [first, last) once they are read, by other threads than the one that reads on, several
 /// at a time.
-using VoxelVisitor = std::function<void(const StoredVoxels& voxels, std::size_t first, std::size_t last)>;
+using Look = std::function<void(const StoredVoxels& voxels, std::size_t first, std::size_t last)>;
 
 /// Loads the voxels. Errors: file shorter than its header says, damaged compressed data, too large for
 /// memory.
 Result<StoredVoxels> load_voxels(const ImageHeader& header, const Progress& progress = {},
-                                 const VoxelVisitor& visit = {});
+                                 const Look& look = {});
 
 /// Each writes a volume. `voxels`: i16 or u8 as stored, grid.count() of them. `recorded_quantity`: as in
 /// ImageHeader. Errors: not writable, disk full, a grid that the format cannot represent.

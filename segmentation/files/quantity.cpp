@@ -321,7 +321,7 @@ Result<FileQuantity> parse_quantity(std::string_view name) {
                                  "' is not a quantity; choose hu, density_kgm3, density_gcm3, labels or mr");
 }
 
-Quantity stored_as(FileQuantity quantity) {
+Quantity held_as(FileQuantity quantity) {
   switch (quantity) {
     case FileQuantity::hu:
       return Quantity::hu;

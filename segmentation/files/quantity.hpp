@@ -36,7 +36,7 @@ std::string_view quantity_words(FileQuantity quantity);
 /// Error: not one of the five names.
 Result<FileQuantity> parse_quantity(std::string_view name);
 
-Quantity stored_as(FileQuantity quantity);  ///< density_gcm3 is stored as density_kgm3
+Quantity held_as(FileQuantity quantity);  ///< density_gcm3 is stored as density_kgm3
 
 struct QuantityReading {
   FileQuantity quantity = FileQuantity::hu;

@@ -61,7 +61,7 @@ Result<ScannedVolume> read_file(const std::string& path, const ReadOptions& opti
   scanned.reading = reading->statement;
   scanned.warnings = std::move(header->warnings);
   scanned.volume.grid = header->grid;
-  scanned.volume.quantity = stored_as(reading->quantity);
+  scanned.volume.quantity = held_as(reading->quantity);
   scanned.volume.voxels = to_int16(std::move(*voxels), header->slope, header->intercept, range,
                                    reading->quantity, scanned.warnings, &scanned.clamped);
   return scanned;

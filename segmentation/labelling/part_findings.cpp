@@ -130,7 +130,8 @@ void judge(const Anatomy& a, const Contact& contact, const PartPlanes& planes, c
           finding.confidence = std::min(finding.confidence, 0.4);
       } else if (finding.coverage == Coverage::whole || count[neighbour] > 0) {
         finding.confidence = std::min(finding.confidence, finding.coverage == Coverage::whole ? 0.2 : 0.4);
-        finding.note += (finding.note.empty() ? "" : "; ") + "no cut plane at the " + in_words(joint);
+        finding.note +=
+            (finding.note.empty() ? "" : "; ") + std::string("no cut plane at the ") + in_words(joint);
       }
     }
   }
