@@ -218,7 +218,7 @@ std::shared_ptr<ModelFile> skeleton_of(const Table& table, const py::object& giv
   SkeletonOptions options;
   options.name = name;
   if (!leap) options.leap.reset();
-  options.absent = told_absent(*table);
+  options.absent = stated_absent(*table);
   auto skeleton = value_or_throw(build_skeleton(movable_parts(*table, warnings), landmarks, options));
   warnings.insert(warnings.end(), skeleton.warnings.begin(), skeleton.warnings.end());
   const auto more = in_sentences(warnings);

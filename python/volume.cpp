@@ -77,12 +77,12 @@ std::shared_ptr<NamedScan> scan_from(const py::object& given, const Numbers& axe
   auto out = std::make_shared<NamedScan>();
   GreyVolume& volume = out->scan.volume;
   volume.grid = grid_of(voxels, axes, origin);
-  const FileQuantity held = value_or_throw(parse_quantity(quantity));
-  if (held == FileQuantity::density_gcm3)
+  const FileQuantity stored = value_or_throw(parse_quantity(quantity));
+  if (stored == FileQuantity::density_gcm3)
     refuse("quantity", "of an array must be hu, density_kgm3, labels or mr");
-  volume.quantity = stored_as(held);
+  volume.quantity = held_as(stored);
   volume.voxels = voxels_of<std::int16_t>(voxels, "voxels");
-  out->scan.reading = fmt::format("{}, as given by the caller", quantity_words(held));
+  out->scan.reading = fmt::format("{}, as given by the caller", quantity_words(stored));
   out->name = name;
   return out;
 }

@@ -198,7 +198,7 @@ std::optional<SegmentFrame> segment_frame(std::string_view part, const Landmarks
 }
 
 std::vector<std::string> endpoint_notes(const SegmentFrame& frame, std::string_view part,
-                                        const Landmarks& landmarks, std::string_view told) {
+                                        const Landmarks& landmarks, std::string_view known) {
   std::vector<std::string> notes;
   const Points points(landmarks, part);
   const SegmentPlan* plan = plan_of(part);
@@ -209,7 +209,7 @@ std::vector<std::string> endpoint_notes(const SegmentFrame& frame, std::string_v
       const std::string name = points.name(end.landmark);
       const auto it = landmarks.find(name);
       if (it != landmarks.end() && it->second.source.find("proportion") != std::string::npos &&
-          told.find(in_words(name) + " placed by proportion") == std::string_view::npos)
+          known.find(in_words(name) + " placed by proportion") == std::string_view::npos)
         notes.push_back(fmt::format("{} is not visible; it was placed by proportion", end.name));
     }
     break;

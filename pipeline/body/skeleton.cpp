@@ -393,7 +393,7 @@ PartInertials movable_parts(const InertiaTable& table, std::vector<Warning>& war
   return present;
 }
 
-std::vector<std::string> told_absent(const InertiaTable& table) {
+std::vector<std::string> stated_absent(const InertiaTable& table) {
   std::vector<std::string> absent;
   for (const InertiaRow& row : table.rows)
     if (row.completeness == Completeness::absent &&

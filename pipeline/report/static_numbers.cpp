@@ -35,7 +35,7 @@ std::string part_title(std::string name) {
 }
 
 std::string inertia_table(const json& table) {
-  constexpr auto number = PageColumn::Look::number;
+  constexpr auto number = PageColumn::Kind::number;
   std::vector<std::vector<std::string>> rows;
   const auto add = [&](const json& part, const std::string& title) {
     rows.push_back({html_text(title), number_cell(entry_at(part, "/volume_m3"), 3, 1e3),

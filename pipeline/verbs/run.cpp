@@ -312,7 +312,7 @@ void add_captured_flags(CLI::App& verb, CapturedSettings& c) {
       "--other-person", c.other_person,
       "The recorded person is not the scanned one: scale motion and forces to the body, set its feet down");
   verb.add_option("--recorded-mass", c.recorded_mass,
-                  "Mass of the other person, kg (default: as the forces tell)")
+                  "Mass of the other person, kg (default: from the forces)")
       ->check(positive_number());
   add_shared(verb, flags::cut_off, c.cutoff)->capture_default_str();
   verb.add_option("--band-draws", c.band_draws,
