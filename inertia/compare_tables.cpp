@@ -101,15 +101,15 @@ Predictors predictors_of(const std::vector<NamedTable>& tables) {
 
 std::optional<TableRegression> regression_of(const Predictors& predictors,
                                              const std::vector<double>& values) {
-  std::vector<Eigen::Index> held;
+  std::vector<Eigen::Index> known;
   for (std::size_t n = 0; n < predictors.tables.size(); ++n)
-    if (std::isfinite(values[predictors.tables[n]])) held.push_back(static_cast<Eigen::Index>(n));
-  if (held.size() < 5) return std::nullopt;
-  const auto n = static_cast<Eigen::Index>(held.size());
+    if (std::isfinite(values[predictors.tables[n]])) known.push_back(static_cast<Eigen::Index>(n));
+  if (known.size() < 5) return std::nullopt;
+  const auto n = static_cast<Eigen::Index>(known.size());
   Eigen::MatrixXd X(n, 3);
   Eigen::VectorXd y(n);
   for (Eigen::Index r = 0; r < n; ++r) {
-    const Eigen::Index from = held[static_cast<std::size_t>(r)];
+    const Eigen::Index from = known[static_cast<std::size_t>(r)];
     X.row(r) = predictors.rows.row(from);
     y[r] = values[predictors.tables[static_cast<std::size_t>(from)]];
   }
@@ -150,11 +150,13 @@ Result<void> check_comparable(const std::vector<NamedTable>& tables) {
   const NamedTable& first = tables.front();
   for (const NamedTable& other : tables) {
     const auto differ = [&](const char* what, const std::string& a, const std::string& b) {
-      return bad_use(other.name,
-                     fmt::format("its {} are by {}, those of {} by {}; parts are comparable only with the "
-                                 "same cuts and frames; make both tables by one convention",
-                                 what, b.empty() ? "an unstated method" : b, first.name,
-                                 a.empty() ? "an unstated method" : a));
+      return bad_use(
+          other.name,
+          fmt::format("its {0} follow {1}, those of {2} follow {3}; parts are comparable only with "
+                      "the same cuts and frames; make both tables with the same --convention and "
+                      "--frames",
+                      what, b.empty() ? "an unstated method" : b, first.name,
+                      a.empty() ? "an unstated method" : a));
     };
     if (other.table.source.cuts != first.table.source.cuts)
       return differ("cuts", first.table.source.cuts, other.table.source.cuts);

@@ -235,7 +235,7 @@ Result<void> check_same_grid(const LabelMap& labels, const Volume<std::int16_t>&
                                labels.grid.size[0], labels.grid.size[1], labels.grid.size[2],
                                grey.grid.size[0], grey.grid.size[1], grey.grid.size[2]));
   if (!is_whole(labels) || !is_whole(grey))
-    return failure("moments", "the labels or the volume have another number of voxels than their grid");
+    return failure("moments", "the number of voxels of the labels or of the volume is not that of its grid");
   if (weights.size() != 65536)
     return failure(
         "moments",
@@ -251,7 +251,7 @@ Result<LabelMoments> label_moments(const LabelMap& labels, const Volume<std::int
 
 Result<LabelMoments> label_moments(const LabelMap& labels, int threads) {
   if (!is_whole(labels))
-    return failure("moments", "the labels have another number of voxels than their grid");
+    return failure("moments", "the number of voxels of the labels is not that of their grid");
   return sum_volume(labels, nullptr, nullptr, threads);
 }
 

@@ -22,20 +22,20 @@ std::string_view name_of(Completeness completeness) {
 InertiaTable make_table(InertiaSource source, std::vector<InertiaRow> rows) {
   InertiaTable table{std::move(source), {}, std::move(rows), {}};
   table.whole.part = "body";
-  const auto look_at = [](InertiaRow& row) {
+  const auto find_flaw = [](InertiaRow& row) {
     const auto physical = check_physical(row.inertial, row.part);
     row.flaw = physical ? "" : physical.error().what;
   };
   for (InertiaRow& row : table.rows) {
     table.whole.completeness = std::min(table.whole.completeness, row.completeness);
     if (row.completeness == Completeness::absent) continue;
-    look_at(row);
+    find_flaw(row);
     table.whole.inertial += row.inertial;
     table.whole.volume += row.volume;
   }
   if (table.whole.completeness == Completeness::absent) table.whole.completeness = Completeness::cut;
   if (table.whole.inertial.mass == 0) table.whole.completeness = Completeness::absent;
-  if (table.whole.completeness != Completeness::absent) look_at(table.whole);
+  if (table.whole.completeness != Completeness::absent) find_flaw(table.whole);
   return table;
 }
 
@@ -60,7 +60,8 @@ Comparison compare(const InertiaTable& table, const InertiaRow& row, std::string
   const std::string& sex = table.source.sex;
   const auto none = [](std::string why) { return Comparison{.why_not = std::move(why)}; };
   if (sex.empty()) return none("the sex is not stated");
-  if (row.completeness != Completeness::whole) return none(fmt::format("part {}", name_of(row.completeness)));
+  if (row.completeness != Completeness::whole)
+    return none(fmt::format("the part is {}", name_of(row.completeness)));
   if (!row.frame || row.frame->length() <= 0) return none("the endpoints are unknown");
   const SegmentFrame& frame = *row.frame;
   const bool whole = table.whole.completeness == Completeness::whole;

@@ -293,7 +293,7 @@ std::vector<std::string> texts_from(const Json& json, const char* key, const std
   std::vector<std::string> texts;
   if (!json.contains(key)) return texts;
   for (const Json& one : json[key]) {
-    if (!one.is_string()) throw Damaged{fmt::format("\"{}\" of {} must contain texts", key, owner)};
+    if (!one.is_string()) throw Damaged{fmt::format("\"{}\" of {} must contain only texts", key, owner)};
     texts.push_back(one.get<std::string>());
   }
   return texts;
@@ -364,7 +364,8 @@ std::string to_csv(const InertiaTable& table) {
       "`to`, "
       "percent of "
       "length\n";
-  for (const PublishedSummary& one : published_summaries(table)) out += one_line("# beside " + in_words(one));
+  for (const PublishedSummary& one : published_summaries(table))
+    out += one_line("# compared with " + in_words(one));
   if (!table.causes.empty())
     out += fmt::format("# NAME_sd: standard deviation of NAME; mass_sd_CAUSE_kg: by cause ({})\n",
                        fmt::join(table.causes, ", "));
@@ -414,8 +415,9 @@ Result<InertiaTable> table_from_json(const std::string& bytes, const std::string
   try {
     return table_from(*json);
   } catch (const Json::exception&) {
-    return failure(
-        where, "is not a complete inertia table: an entry has another type than `borelli inertia` writes");
+    return failure(where,
+                   "is not a complete inertia table: an entry has the wrong type; write the table again with "
+                   "`borelli inertia`");
   } catch (const Damaged& damaged) {
     return failure(where, "is not a complete inertia table: " + damaged.what);
   }

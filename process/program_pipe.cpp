@@ -20,8 +20,8 @@ namespace borelli {
 namespace {
 
 // Runs in the child; only calls that are safe after a fork of a process with threads. The errno of a failed
-// exec goes to `told`.
-[[noreturn]] void become(char* const* words, int input, int errors, int told, pid_t parent) {
+// exec goes to `report`.
+[[noreturn]] void become(char* const* words, int input, int errors, int report, pid_t parent) {
   setsid();  // not in the terminal's group
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) _exit(127);
@@ -30,7 +30,7 @@ namespace {
   dup2(input, STDIN_FILENO), dup2(nowhere, STDOUT_FILENO), dup2(errors, STDERR_FILENO);
   execvp(words[0], words);
   const int reason = errno;
-  static_cast<void>(!::write(told, &reason, sizeof reason));
+  static_cast<void>(!::write(report, &reason, sizeof reason));
   _exit(127);
 }
 
@@ -76,26 +76,26 @@ Result<ProgramPipe> ProgramPipe::start(const std::vector<std::string>& command) 
   for (const std::string& word : command) words.push_back(const_cast<char*>(word.c_str()));
   words.push_back(nullptr);
   // a socket, since writing to one can fail without a signal
-  std::array<int, 2> ends{-1, -1}, told{-1, -1};
+  std::array<int, 2> ends{-1, -1}, report{-1, -1};
   int errors = memfd_create("errors", MFD_CLOEXEC);
   if (errors < 0 || socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0 ||
-      pipe2(told.data(), O_CLOEXEC) != 0) {
+      pipe2(report.data(), O_CLOEXEC) != 0) {
     const int reason = errno;
     for (int* file : {&errors, ends.data(), &ends[1]}) close_file(*file);
     return failure(name, std::string("cannot be started: ") + std::strerror(reason));
   }
   const pid_t parent = getpid(), child = fork();
   int reason = child < 0 ? errno : 0;
-  if (child == 0) become(words.data(), ends[1], errors, told[1], parent);
-  close_file(ends[1]), close_file(told[1]);
+  if (child == 0) become(words.data(), ends[1], errors, report[1], parent);
+  close_file(ends[1]), close_file(report[1]);
   if (child > 0) {
     int given = 0;
     ssize_t got = -1;
-    do got = read(told[0], &given, sizeof given);
+    do got = read(report[0], &given, sizeof given);
     while (got < 0 && errno == EINTR);
     if (got == static_cast<ssize_t>(sizeof given)) reason = given, wait_for(child);
   }
-  close_file(told[0]);
+  close_file(report[0]);
   if (reason == 0) return ProgramPipe(name, child, ends[0], errors);
   close_file(ends[0]), close_file(errors);
   return failure(name, std::string("cannot be started: ") + std::strerror(reason));

@@ -18,7 +18,7 @@ std::shared_ptr<WorkPrecision> run_chart(const ModelFile& model, const std::vect
   known.emplace_back(automatic);
   for (const std::string& method : methods)
     if (std::find(known.begin(), known.end(), method) == known.end())
-      refuse("methods", fmt::format("hold '{}'; known: {}", method, fmt::join(known, ", ")));
+      refuse("methods", fmt::format("contain '{}'; known: {}", method, fmt::join(known, ", ")));
   WorkPrecisionSettings settings;
   settings.methods = methods;
   settings.outputs = outputs, settings.repeats = repeats, settings.per_decade = per_decade;

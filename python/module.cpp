@@ -67,7 +67,7 @@ void set_threads(int threads) {
 
 Numbers numbers_of(const py::object& given, const std::string& what) {
   Numbers numbers = Numbers::ensure(given);
-  if (!numbers) refuse(what, "is no array of numbers");
+  if (!numbers) refuse(what, "is not an array of numbers");
   return numbers;
 }
 

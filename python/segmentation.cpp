@@ -37,7 +37,10 @@ std::shared_ptr<PartedScan> run_segmentation(const NamedScan& scan, double step,
   const GreyVolume& volume = scan.scan.volume;
   std::optional<ClassLabels> others;
   if (!classes.is_none()) {
-    if (mapping.empty()) refuse("mapping", "is missing: it says what each class of the labels is");
+    if (mapping.empty())
+      refuse(
+          "mapping",
+          "is missing; name a ready mapping (totalsegmentator ...) or a file that says what each class is");
     const std::string file = path_of(classes);
     others = released([&] { return read_classes(file, names, mapping, &volume); });
     warn(others->warnings);

@@ -54,7 +54,7 @@ void choose(py::dict& options, const char* name, std::initializer_list<std::pair
     }
     names += fmt::format("{}{}", names.empty() ? "" : " or ", word);
   }
-  refuse(name, fmt::format("'{}' is none; expected {}", *asked, names));
+  refuse(name, fmt::format("is '{}'; expected {}", *asked, names));
 }
 
 // The scene's settings with those of the keywords. What would have no effect is refused, as by the program.
@@ -84,10 +84,10 @@ SimulationSettings settings_with(SimulationSettings s, double start, py::dict op
          s.restitution);
   if (const auto duration = taken<double>(options, "duration")) s.end_time = start + *duration;
   for (const auto& [name, value] : options)
-    refuse(
-        name.cast<std::string>(),
-        "is no option; known: accuracy, constraints, duration, equations, impacts, method, output_interval, "
-        "rest_speed, restitution, step, tolerance, verify");
+    refuse(name.cast<std::string>(),
+           "is not an option; known: accuracy, constraints, duration, equations, impacts, method, "
+           "output_interval, "
+           "rest_speed, restitution, step, tolerance, verify");
   return s;
 }
 

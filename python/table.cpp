@@ -218,7 +218,7 @@ std::shared_ptr<ModelFile> skeleton_of(const Table& table, const py::object& giv
   SkeletonOptions options;
   options.name = name;
   if (!leap) options.leap.reset();
-  options.absent = told_absent(*table);
+  options.absent = stated_absent(*table);
   auto skeleton = value_or_throw(build_skeleton(movable_parts(*table, warnings), landmarks, options));
   warnings.insert(warnings.end(), skeleton.warnings.begin(), skeleton.warnings.end());
   const auto more = in_sentences(warnings);
@@ -243,7 +243,7 @@ Table exact_table(const Phantom& phantom, const PhantomOptions& body) {
   source.density_curve = body.density_curve;
   source.density_source = value_or_throw(density_curve(body.density_curve)).source;
   source.sex = body.child ? "" : body.sex == Sex::female ? "female" : "male";
-  source.pose = body.pose_deg.empty() ? "standing" : "as asked";
+  source.pose = body.pose_deg.empty() ? "standing" : "as requested";
   source.cuts = "deleva1996", source.frames = "joints";
   return std::make_shared<InertiaTable>(
       make_table(std::move(source), rows_of_parts(phantom.exact, phantom.volume, phantom.landmarks)));

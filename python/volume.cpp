@@ -36,7 +36,7 @@ std::shared_ptr<LabelMap> read_label_map(const py::object& path, const std::stri
 
 py::array array_of(const py::object& given) {
   py::array array = py::array::ensure(given);
-  if (!array) refuse("voxels", "are no array");
+  if (!array) refuse("voxels", "are not an array");
   return array;
 }
 
@@ -77,11 +77,12 @@ std::shared_ptr<NamedScan> scan_from(const py::object& given, const Numbers& axe
   auto out = std::make_shared<NamedScan>();
   GreyVolume& volume = out->scan.volume;
   volume.grid = grid_of(voxels, axes, origin);
-  const FileQuantity held = value_or_throw(parse_quantity(quantity));
-  if (held == FileQuantity::density_gcm3) refuse("quantity", "of an array is hu, density_kgm3, labels or mr");
-  volume.quantity = held_as(held);
+  const FileQuantity stored = value_or_throw(parse_quantity(quantity));
+  if (stored == FileQuantity::density_gcm3)
+    refuse("quantity", "of an array must be hu, density_kgm3, labels or mr");
+  volume.quantity = held_as(stored);
   volume.voxels = voxels_of<std::int16_t>(voxels, "voxels");
-  out->scan.reading = fmt::format("{}, as the program says", quantity_words(held));
+  out->scan.reading = fmt::format("{}, as given by the caller", quantity_words(stored));
   out->name = name;
   return out;
 }
@@ -95,7 +96,7 @@ std::shared_ptr<LabelMap> labels_from(const py::object& given, const Numbers& ax
   if (names.empty())
     for (const Part& part : parts) names.emplace_back(part.name);
   for (const std::uint8_t label : out->voxels)
-    if (label >= names.size()) refuse("labels", fmt::format("hold {}, which has no name", label));
+    if (label >= names.size()) refuse("labels", fmt::format("contain {}, which has no name", label));
   out->names = std::move(names);
   return out;
 }

@@ -81,14 +81,14 @@ std::vector<Vertebra> vertebrae(const BodyPlan& plan) {
   const auto stretch = [&](double top, double bottom, std::initializer_list<const char*> names,
                            std::initializer_list<double> heights, Vector2d upper, Vector2d lower,
                            double lamina, double slant) {
-    double sum = 0, at = top, way = 0;
+    double sum = 0, at = top, placed = 0;
     for (const double h : heights) sum += h;
     auto h = heights.begin();
     for (const char* name : names) {
       const double low = at - *h++ / sum * (top - bottom);
-      const Vector2d semi = w * (upper + way / static_cast<double>(names.size()) * (lower - upper));
+      const Vector2d semi = w * (upper + placed / static_cast<double>(names.size()) * (lower - upper));
       spine.push_back({name, low, at, semi.x(), semi.y(), lamina * w, slant * w});
-      at = low, way += 1;
+      at = low, placed += 1;
     }
   };
   const double r = plan.size.head / 238.4;

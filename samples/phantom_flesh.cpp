@@ -188,9 +188,9 @@ void add_head(PhantomBuilder& builder, Flesh& flesh) {
   // a child's neck is thin relative to its head
   const double neck = plan.size.neck_flesh / size;
   for (Section& section : head) {
-    const double way = std::clamp((section.height - n - 15 * r) / (55 * r), 0.0, 1.0);
-    section.a *= neck + way * (1 - neck);
-    section.b *= neck + way * (1 - neck);
+    const double share = std::clamp((section.height - n - 15 * r) / (55 * r), 0.0, 1.0);
+    section.a *= neck + share * (1 - neck);
+    section.b *= neck + share * (1 - neck);
   }
   const int part = part_label("head");
   flesh.head = add_limb(builder, "head", part, Frame{}, head, {0, 76 * r}, plan.region(part));
@@ -200,9 +200,9 @@ void add_head(PhantomBuilder& builder, Flesh& flesh) {
 // below it.
 Sections resized(Sections sections, double height, double reach, double ends, double size) {
   for (Section& section : sections) {
-    const double way = std::clamp((height - section.height) / reach, 0.0, 1.0);
-    section.a *= ends + way * (size - ends);
-    section.b *= ends + way * (size - ends);
+    const double share = std::clamp((height - section.height) / reach, 0.0, 1.0);
+    section.a *= ends + share * (size - ends);
+    section.b *= ends + share * (size - ends);
   }
   return sections;
 }

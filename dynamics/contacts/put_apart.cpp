@@ -17,7 +17,7 @@ namespace {
 constexpr int most_moves = 100, most_projections = 1000;
 constexpr double settled = 1e-9;      // tolerance of the sweeps, relative to the deepest overlap
 constexpr double longest_move = 0.2;  // of a coordinate, relative to its scale (1 rad)
-// Gaps relative to the length of what touches: a gap below `overlaps` is an overlap, and held contacts must
+// Gaps relative to the length of what touches: a gap below `overlaps` is an overlap, and closed contacts must
 // exceed `apart`.
 constexpr double overlaps = -1e-9, apart = -5e-10;
 
@@ -37,7 +37,7 @@ class PuttingApart {
 
   Result<void> run() {
     for (int move = 0; move <= most_moves; ++move) {
-      if (auto seen = look(); !seen) return seen;
+      if (auto seen = find_overlaps(); !seen) return seen;
       if (worst_ == 0 && (move == 0 || others_hold())) return {};
       if (!step()) break;
     }
@@ -58,9 +58,9 @@ class PuttingApart {
     return every_.h[row] / system_.row_scale[row];
   }
 
-  /// Finds the contacts that overlap now. A contact that has overlapped is held from then on: it may only
+  /// Finds the contacts that overlap now. A contact that has overlapped stays closed from then on: it may only
   /// separate.
-  Result<void> look() {
+  Result<void> find_overlaps() {
     const auto update = [&]() -> Result<void> {
       if (const Fault fault =
               update_terms(system_, parameters_, state_.t, state_.q.data(), state_.v.data(), w_))
@@ -73,11 +73,11 @@ class PuttingApart {
     bool more = false;
     for (std::size_t i = 0; i < system_.contacts.size(); ++i) {
       ContactMode& mode = w_.rows.modes[i];
-      const bool held = mode.touch != Touch::open;
-      if (gap(i) >= (held ? apart : overlaps)) continue;
+      const bool closed = mode.touch != Touch::open;
+      if (gap(i) >= (closed ? apart : overlaps)) continue;
       if (worst_ == 0 || gap(i) < gap(deepest_)) deepest_ = i;
       worst_ = -gap(deepest_);
-      if (held) continue;
+      if (closed) continue;
       mode.touch = Touch::sliding;
       more = true;
     }
@@ -101,7 +101,7 @@ class PuttingApart {
                                    [](const ContactMode& mode) { return mode.touch != Touch::open; }));
   }
 
-  /// The least move after which no held contact overlaps and the other rows hold, to first order. One
+  /// The least move after which no closed contact overlaps and the other rows hold, to first order. One
   /// multiplier per row, nonnegative for contacts, by projected Gauss-Seidel. Returns false if no coordinate
   /// moves any of these rows.
   bool step() {

@@ -56,7 +56,7 @@ void place(const Placement& placement, PoseOf<T>& X) {
 
 /// A frame on the chain of switches from a body's parent to the body.
 template <class T>
-struct Way {
+struct ChainFrame {
   PoseOf<T> X;
   Vector3<T> w, wdot, v, vdot;  ///< v: velocity of the origin
 };
@@ -65,7 +65,7 @@ struct Way {
 /// `carried`, also the velocity and acceleration of its origin. Compiled separately for each kind of switch.
 template <bool moving, class Kind, class T>
 void advance(const Kind& kind, const SwitchStep& step, const Placement& placement, bool carried,
-             bool accelerated, KinematicsOf<T>& k, Way<T>& to) {
+             bool accelerated, KinematicsOf<T>& k, ChainFrame<T>& to) {
   const Vector3<T> before = to.X.p;
   place(placement, to.X);
   Vector3<T> angular[Kind::nv + 1], linear[Kind::nv + 1];
@@ -212,7 +212,7 @@ void update_all(const System& system, const Parameters& parameters, const Inerti
     const Body& body = system.bodies[b];
     BodyMotionOf<T>& m = k.bodies[b];
     const BodyMotionOf<T>& parent = k.bodies[body.parent];
-    Way<T> to{parent.X};
+    ChainFrame<T> to{parent.X};
     if constexpr (moving) {
       to.w = parent.w;
       to.wdot = parent.wdot;

@@ -46,12 +46,12 @@ Fault find_acceleration_derivatives(const System& system, const Parameters& para
                                     StateDerivatives& out) {
   find_residual_derivatives(system, parameters, t, q, v, solved.a.data(), solved.multipliers, out);
   Rows& x = out.inverse.by_state;
-  const bool held = solved.has_rows();  // (then A has its factor)
-  if (!held)
+  const bool constrained = solved.has_rows();  // (then A has its factor)
+  if (!constrained)
     if (const int singular = factor_mass_matrix(system, out.inverse.A, out.factor); singular >= 0)
       return {Fault::Kind::singular_mass, singular};
-  solve_pair(system, held ? solved.factor : out.factor, out.pattern, -1, x.data(), x.cols());
-  if (!held) return {};
+  solve_pair(system, constrained ? solved.factor : out.factor, out.pattern, -1, x.data(), x.cols());
+  if (!constrained) return {};
   for (Eigen::Index i = 0; i < x.cols(); ++i) {
     if (i % out.inverse.half >= system.nv) continue;
     out.column = x.col(i);

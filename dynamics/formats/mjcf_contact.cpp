@@ -181,13 +181,13 @@ std::vector<ConstraintKind> MjcfContacts::over_plane(const Surface& over, const 
 std::vector<const MjcfContacts::Surface*> MjcfContacts::touching(double freedoms, Crowds& crowds) const {
   constexpr std::size_t most_surfaces = 20000;  // every pair is tested
   constexpr double pair_size = 1500;            // bytes
-  constexpr const char* way_round = "<flag contact=\"disable\"/> in <option> switches contacts off";
+  constexpr const char* remedy = "<flag contact=\"disable\"/> in <option> switches contacts off";
   std::vector<const Surface*> out;
   for (const Surface& s : surfaces_)
     if (s.type || s.affinity || !paired_.empty()) out.push_back(&s);
   if (out.size() > most_surfaces)
     root_.refuse(fmt::format("has {} geoms that may touch others, expected at most {}; {}", out.size(),
-                             most_surfaces, way_round));
+                             most_surfaces, remedy));
   std::size_t pairs = 0, contacts = 0, convex = 0;
   for (std::size_t i = 0; i < out.size(); ++i)
     for (std::size_t j = 0; j < i; ++j) {
@@ -206,7 +206,7 @@ std::vector<const MjcfContacts::Surface*> MjcfContacts::touching(double freedoms
   auto room = admit_memory(root_.where(), fmt::format("a model of {} pairs of geoms that may touch", pairs),
                            pair_size * double(pairs));
   if (room) return out;
-  room.error().what += fmt::format("; {}", way_round);
+  room.error().what += fmt::format("; {}", remedy);
   throw XmlRefusal{room.error()};
 }
 

@@ -42,7 +42,7 @@ class OsimWriter {
     write_osim_forces(scene_, names_, forces, lost_);
     write_osim_constraints(scene_, names_, constraints, lost_);
     write_osim_contact_shapes(scene_, names_, shapes);
-    names_.tell_renamed(lost_);
+    names_.report_renamed(lost_);
     list_run_settings(scene_.simulation, lost_);
     model.children.remove_if([](const XmlNode& set) {  // without objects
       return set.name.ends_with("Set") && set.children.front().children.empty();

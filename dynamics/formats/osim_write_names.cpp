@@ -36,7 +36,7 @@ OsimNames::OsimNames(const Scene& scene) {
       }
 }
 
-void OsimNames::tell_renamed(Omissions& lost) const {
+void OsimNames::report_renamed(Omissions& lost) const {
   std::set<std::pair<std::string, std::string>> pairs;  // a solid may bear its coordinate's name
   for (const auto* names : {&bodies_, &coordinates_}) pairs.insert(names->begin(), names->end());
   for (const auto& [from, to] : pairs)

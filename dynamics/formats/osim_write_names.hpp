@@ -45,7 +45,7 @@ class OsimNames {
   static std::string make(const std::string& wanted, std::set<std::string>& taken);
 
   /// Adds to `lost` the names that were changed.
-  void tell_renamed(Omissions& lost) const;
+  void report_renamed(Omissions& lost) const;
 
  private:
   std::map<std::string, std::string> bodies_, coordinates_;

@@ -53,7 +53,7 @@ class Settling {
     if (auto done = find_bodies(); !done) return tl::unexpected(done.error());
     if (auto done = settle(); !done) return tl::unexpected(done.error());
     lock_massless();
-    return std::move(told_);
+    return std::move(notes_);
   }
 
  private:
@@ -96,7 +96,7 @@ class Settling {
       if (!fine) impossible[top_[s]].push_back(solid.name);
     }
     if (!dropped.empty())
-      told_.other.push_back(
+      notes_.other.push_back(
           fmt::format("impossible inertias of links fixed to the world: {}", name_list(std::move(dropped))));
     std::vector<std::string> made_heavier, emptied;
     std::vector<char> is_one(scene_.solids.size(), 0);
@@ -115,8 +115,8 @@ class Settling {
                                    "than the {:.3g} kg that move with '{}'",
                                    fine.error().what, sums[top].mass, scene_.solids[top].name));
       } else {
-        told_.other.push_back(fmt::format("impossible inertias, added to '{}', with which they move: {}",
-                                          scene_.solids[top].name, name_list(impossible[top])));
+        notes_.other.push_back(fmt::format("impossible inertias, added to '{}', with which they move: {}",
+                                           scene_.solids[top].name, name_list(impossible[top])));
       }
       is_one[top] = 1;
     }
@@ -126,11 +126,11 @@ class Settling {
         if (top_[s] == s && sums[s].mass > 0) scene_.solids[s].inertials = {sums[s]};
       }
     if (!made_heavier.empty())
-      told_.motion.push_back(
+      notes_.motion.push_back(
           fmt::format("links lighter than {} kg, each replaced by a ball of water of that mass: {}",
                       minimum_mass_, name_list(std::move(made_heavier))));
     if (!emptied.empty())
-      told_.motion.push_back(
+      notes_.motion.push_back(
           fmt::format("moments of inertia without mass, ignored: {}", name_list(std::move(emptied))));
     return {};
   }
@@ -173,14 +173,14 @@ class Settling {
       const auto* tie = std::get_if<CoordinateCoupling>(&constraint.kind);
       return tie && massless.contains(tie->coordinates[0].coordinate);
     });
-    told_.motion.push_back(
+    notes_.motion.push_back(
         fmt::format("coordinates that move no mass, locked (--minimum-mass gives them mass): {}",
                     name_list(std::move(names))));
   }
 
   Scene& scene_;
   const double minimum_mass_;
-  SettledInertias told_;
+  SettledInertias notes_;
   std::map<std::string, int> number_;
   std::vector<int> order_;  // parents before their children
   std::vector<int> top_;    // per solid: the top solid of its body, which moves against its parent; -1: the

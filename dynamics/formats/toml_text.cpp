@@ -85,7 +85,7 @@ class NestingScan {
 
 // Rewords a message of the library, "Error while parsing key-value pair: expected '=', saw ...", as the end
 // of our sentence.
-std::string told(std::string_view description) {
+std::string reworded(std::string_view description) {
   constexpr std::string_view begin = "Error while parsing ";
   const bool in_something = description.starts_with(begin);
   if (in_something) description.remove_prefix(begin.size());
@@ -107,7 +107,7 @@ Result<toml::table> parse_toml(std::string_view text, const std::string& file) {
   } catch (const toml::parse_error& e) {
     const auto& at = e.source().begin;
     return bad_use(fmt::format("{}:{}", file, at.line),
-                   fmt::format("is not TOML at column {}{}", at.column, told(e.description())));
+                   fmt::format("is not TOML at column {}{}", at.column, reworded(e.description())));
   }
 }
 

@@ -79,15 +79,15 @@ class Listing {
       note(motion_[name], e.where());
       return;
     }
-    const bool held = std::any_of(e.children.begin(), e.children.end(),
-                                  [&](const XmlElement& c) { return rules_.element(c, e); });
+    const bool child_moves = std::any_of(e.children.begin(), e.children.end(),
+                                         [&](const XmlElement& c) { return rules_.element(c, e); });
     std::map<std::string, int> content;
     for (const XmlElement& c : e.children)
       if (rules_.element(c, e))
         note(motion_[fmt::format("<{}> in <{}>", c.name, e.name)], c.where());
       else
         ++content[c.name];
-    if (held && content.empty()) return;
+    if (child_moves && content.empty()) return;
     Kind& k = note(other_[name], e.where());
     for (const auto& [inner, times] : content) k.content[inner] += times;
   }

@@ -123,9 +123,9 @@ struct MarkerFit::Work {
   void fill_hessian();
   void fill_column(const PointSums& carried, std::size_t body, int step, int u);
   Result<void> find_rows(double t, const VectorXd& q);
-  VectorXd step(double damping, const std::vector<char>& held);
+  VectorXd step(double damping, const std::vector<char>& at_limit);
   double shortening(const VectorXd& x) const;
-  std::vector<char> find_held(const VectorXd& q) const;
+  std::vector<char> find_at_limit(const VectorXd& q) const;
   VectorXd moved(const VectorXd& q, const VectorXd& x) const;
   double row_error() const;
   double step_size(const VectorXd& before, const VectorXd& after) const;
@@ -266,24 +266,24 @@ Result<void> MarkerFit::Work::find_rows(double t, const VectorXd& q) {
 double MarkerFit::Work::row_error() const { return rows.empty() ? 0 : row_values.cwiseAbs().sum(); }
 
 /// Which velocity components stay at an end of their range: those that the gradient pushes outwards.
-std::vector<char> MarkerFit::Work::find_held(const VectorXd& q) const {
-  std::vector<char> held(std::size_t(system.nv), false);
+std::vector<char> MarkerFit::Work::find_at_limit(const VectorXd& q) const {
+  std::vector<char> at_limit(std::size_t(system.nv), false);
   for (const Bounds& b : bounds)
-    held[std::size_t(b.u)] =
+    at_limit[std::size_t(b.u)] =
         (q[b.q] <= b.lower && goal.gradient[b.u] > 0) || (q[b.q] >= b.upper && goal.gradient[b.u] < 0);
-  return held;
+  return at_limit;
 }
 
-/// The damped Newton step on the constraints' tangents, zero where `held`. Empty: the damped matrix is not
+/// The damped Newton step on the constraints' tangents, zero where `at_limit`. Empty: the damped matrix is not
 /// positive definite.
-VectorXd MarkerFit::Work::step(double damping, const std::vector<char>& held) {
+VectorXd MarkerFit::Work::step(double damping, const std::vector<char>& at_limit) {
   MatrixXd H = goal.hessian;
   const double floor = std::max(H.diagonal().cwiseAbs().maxCoeff() * 1e-12, 1e-300);
   for (Eigen::Index i = 0; i < H.rows(); ++i) H(i, i) += damping * std::abs(H(i, i)) + floor;
   VectorXd gradient = goal.gradient;
   MatrixXd L = row_jacobian;
   for (Eigen::Index i = 0; i < H.rows(); ++i) {
-    if (!held[std::size_t(i)]) continue;
+    if (!at_limit[std::size_t(i)]) continue;
     H.row(i).setZero();
     H.col(i).setZero();
     H(i, i) = 1;
@@ -419,12 +419,12 @@ Result<MarkerFrame> MarkerFit::fit(double t, const Eigen::Matrix3Xd& measured, c
   for (; iteration < w.settings.most_iterations && !converged; ++iteration) {
     w.evaluate(t, at, measured, values, true);
     if (auto found = w.find_rows(t, at); !found) return tl::unexpected(found.error());
-    const std::vector<char> held = w.find_held(at);
+    const std::vector<char> at_limit = w.find_at_limit(at);
     const double rows_before = w.row_error(), goal_before = w.goal.value;
     // lower the damping after a step that reduces the goal; raise it until one does
     bool lower = false;
     for (int attempt = 0; attempt < 30 && !lower; ++attempt) {
-      VectorXd x = w.step(damping, held);
+      VectorXd x = w.step(damping, at_limit);
       if (x.size() > 0) {
         x *= w.shortening(x);
         if (!w.rows.empty()) penalty = std::max(penalty, 2 * w.multipliers.cwiseAbs().maxCoeff());
@@ -456,9 +456,9 @@ Result<MarkerFrame> MarkerFit::fit(double t, const Eigen::Matrix3Xd& measured, c
   MarkerFrame out = w.frame(measured);
   out.iterations = iteration;
   out.converged = converged;
-  const std::vector<char> held = w.find_held(q);
-  for (std::size_t u = 0; u < held.size(); ++u)
-    if (held[u]) out.at_range.push_back(int(u));
+  const std::vector<char> at_limit = w.find_at_limit(q);
+  for (std::size_t u = 0; u < at_limit.size(); ++u)
+    if (at_limit[u]) out.at_range.push_back(int(u));
   return out;
 }
 

@@ -33,7 +33,7 @@ class BatchFlow : public Flow {
         centre_(state_.q),
         x_(system.nv),
         rate_(system.nv),
-        held_(Eigen::VectorX<Lanes>::Zero(system.nv)),
+        own_efforts_(Eigen::VectorX<Lanes>::Zero(system.nv)),
         scale_(size()) {
     scale_.setConstant(std::numeric_limits<double>::infinity());
   }
@@ -83,13 +83,13 @@ class BatchFlow : public Flow {
     if (turned_too_far()) return false;
     from_local_coordinates(system_, centre_.data(), x_.data(), state_.q.data());
     state_.t = t;
-    if (!accelerate(system_, system_.parameters, state_, w_, holds_ ? held_.data() : nullptr,
+    if (!accelerate(system_, system_.parameters, state_, w_, has_own_efforts_ ? own_efforts_.data() : nullptr,
                     Wanted::accelerations)) {
       for (int lane = 0; lane < lanes; ++lane) failed_[lane] = bool(w_.faults[lane]);
       return false;
     }
-    if (holds_)
-      for (int i = 0; i < n; ++i) w_.group_power[system_.velocity_groups[i]] += held_[i] * state_.v[i];
+    if (has_own_efforts_)
+      for (int i = 0; i < n; ++i) w_.group_power[system_.velocity_groups[i]] += own_efforts_[i] * state_.v[i];
     fill(dy);
     return solved_ = true;
   }
@@ -103,10 +103,10 @@ class BatchFlow : public Flow {
     from_local_coordinates(system_, centre_.data(), x_.data(), state.q.data());
   }
 
-  /// Prepares for new motions with the inertial elements in the workspace; clears the efforts held per lane.
+  /// Prepares for new motions with the inertial elements in the workspace; clears the own efforts of each lane.
   void begin(const BatchState& state) {
-    solved_ = holds_ = false;
-    held_.setZero();
+    solved_ = has_own_efforts_ = false;
+    own_efforts_.setZero();
     if (controlled_.empty()) return;
     find_mass_matrix(system_, system_.parameters, state, w_);
     std::fill(largest_energy_.begin(), largest_energy_.end(), Lanes(0));
@@ -131,12 +131,12 @@ class BatchFlow : public Flow {
 
   /// From now on the lane holds constant generalised efforts (nv, or empty: none).
   void hold(int lane, const Eigen::VectorXd& efforts) {
-    for (Eigen::Index i = 0; i < efforts.size(); ++i) held_[i].set(lane, efforts[i]);
-    holds_ = holds_ || efforts.size() > 0;
+    for (Eigen::Index i = 0; i < efforts.size(); ++i) own_efforts_[i].set(lane, efforts[i]);
+    has_own_efforts_ = has_own_efforts_ || efforts.size() > 0;
   }
   /// The lane continues as a copy of lane `other`.
   void copy_lane(int lane, int other) {
-    for (Lanes& effort : held_) effort.set(lane, effort[other]);
+    for (Lanes& effort : own_efforts_) effort.set(lane, effort[other]);
     for (auto* energies : {&unit_energy_, &largest_energy_})
       for (Lanes& energy : *energies) energy.set(lane, energy[other]);
   }
@@ -209,8 +209,8 @@ class BatchFlow : public Flow {
   std::vector<Lanes> unit_energy_, largest_energy_;
   BatchState state_;
   Eigen::VectorX<Lanes> centre_, x_, rate_;
-  Eigen::VectorX<Lanes> held_;  ///< generalised efforts per velocity; used if holds_
-  bool holds_ = false;
+  Eigen::VectorX<Lanes> own_efforts_;  ///< generalised efforts per velocity; used if has_own_efforts_
+  bool has_own_efforts_ = false;
   Eigen::VectorXd scale_;
   std::array<bool, lanes> failed_{};
   bool solved_ = false;  ///< the workspace holds the solution at state_

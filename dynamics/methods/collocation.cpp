@@ -286,13 +286,13 @@ bool Collocation::evaluate(Flow& flow, double t, double h, int from, int to) {
   return true;
 }
 
-/// slopes_ <- the slopes at all stages. With `foretell`, the first half of the nodes predicts the stages of
+/// slopes_ <- the slopes at all stages. With `predict`, the first half of the nodes predicts the stages of
 /// the second half (only without lanes).
 bool Collocation::evaluate(Flow& flow, double t, double h, const Eigen::VectorXd& y,
-                           const Eigen::VectorXd& dy, bool foretell) {
+                           const Eigen::VectorXd& dy, bool predict) {
   if (flow.has_lanes()) return flow.derivatives(stages_, node_count, slopes_);
   if (!evaluate(flow, t, h, 0, half)) return false;
-  if (foretell) {
+  if (predict) {
     continue_slopes(of_first_half, tables.places, flow, dy, slopes_);
     place(flow, h, y);
   }
@@ -301,7 +301,7 @@ bool Collocation::evaluate(Flow& flow, double t, double h, const Eigen::VectorXd
 
 Collocation::Outcome Collocation::solve(Flow& flow, double t, double h, const Eigen::VectorXd& y,
                                         const Eigen::VectorXd& dy, bool judged, Eigen::VectorXd& out) {
-  const bool foretell = last_.known != Known::this_step;
+  const bool predict = last_.known != Known::this_step;
   guess(flow, h, dy);
   last_.known = Known::nothing;
   last_.step = h;
@@ -312,7 +312,7 @@ Collocation::Outcome Collocation::solve(Flow& flow, double t, double h, const Ei
   place(flow, h, y);
   double before = std::numeric_limits<double>::infinity();
   for (rounds_ = 1;; ++rounds_) {
-    if (!evaluate(flow, t, h, y, dy, foretell && rounds_ == 1)) return Outcome::not_evaluated;
+    if (!evaluate(flow, t, h, y, dy, predict && rounds_ == 1)) return Outcome::not_evaluated;
     const double change = place(flow, h, y);
     if (!std::isfinite(change)) return Outcome::unsettled;
     if (change <= value_rounding || (rounds_ > 1 && before <= tells_rate * value_rounding))

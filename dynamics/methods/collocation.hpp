@@ -54,7 +54,7 @@ class Collocation : public Integrator {
   double place(Flow& flow, double h, const Eigen::VectorXd& y);
   bool evaluate(Flow& flow, double t, double h, int from, int to);
   bool evaluate(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
-                bool foretell);
+                bool predict);
   Judgement judge(const Flow& flow, double h);
   bool leaps_at_an_end(const Flow& flow, double h, const Eigen::VectorXd& dy) const;
 

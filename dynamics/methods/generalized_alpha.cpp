@@ -63,7 +63,7 @@ void GeneralizedAlpha::place(double h, const Eigen::VectorXd& y, Eigen::VectorXd
 }
 
 /// Collects the independent rows active at the state last evaluated; returns their number.
-int GeneralizedAlpha::look_at_rows(const MotionFlow& motion, double h) {
+int GeneralizedAlpha::collect_rows(const MotionFlow& motion, double h) {
   if (!motion.projects()) return 0;
   const System& system = motion.system();
   const Workspace& w = motion.workspace();
@@ -128,7 +128,7 @@ GeneralizedAlpha::Outcome GeneralizedAlpha::iterate(Flow& flow, double t, double
       change_ = factors_.solve(residual_);
     else
       change_ = gain_ * residual_;
-    const int count = flow.motion() ? look_at_rows(*flow.motion(), h) : 0;
+    const int count = flow.motion() ? collect_rows(*flow.motion(), h) : 0;
     if (count > 0) hold_rows(count);
     a1_ += change_;
     double worst = 0;

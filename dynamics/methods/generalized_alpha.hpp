@@ -41,7 +41,7 @@ class GeneralizedAlpha : public Integrator {
   Outcome iterate(Flow& flow, double t, double h, const Eigen::VectorXd& y, Eigen::VectorXd& out);
   bool factor(Flow& flow, double t, double h, const Eigen::VectorXd& out);
   void place(double h, const Eigen::VectorXd& y, Eigen::VectorXd& out) const;
-  int look_at_rows(const MotionFlow& motion, double h);
+  int collect_rows(const MotionFlow& motion, double h);
   void hold_rows(int count);
 
   double mass_share_, force_share_, gamma_, beta_;  ///< am, af, gamma, beta

@@ -98,7 +98,7 @@ void MoreauStepping::Scratch::reserve(int contacts) {
 }
 
 /// The gaps of all contacts at the state y.
-void MoreauStepping::look(const MotionFlow& motion, double t, const VectorXd& y) {
+void MoreauStepping::find_gaps(const MotionFlow& motion, double t, const VectorXd& y) {
   const System& system = motion.system();
   Scratch& s = *scratch_;
   motion.take(y, s.state, s.work);
@@ -227,7 +227,7 @@ void MoreauStepping::add_acting(const System& system, int i, double h) {
 }
 
 /// Errors of the acting contacts' gaps: deviation from a straight path, and overlap.
-void MoreauStepping::judge_ways(const System& system, double h, bool sudden) {
+void MoreauStepping::judge_paths(const System& system, double h, bool sudden) {
   Scratch& s = *scratch_;
   const Eigen::Index rows = 3 * Eigen::Index(s.problem.count);
   step_.bent.setZero();
@@ -327,12 +327,12 @@ bool MoreauStepping::meet(Flow& flow, const MotionFlow& motion, double t, double
       landed_.segment(n, n) += s.change;
       move(flow, s.shift, landed_);
     }
-    look(motion, t + h, landed_);
+    find_gaps(motion, t + h, landed_);
     bool added = false;
     if (!add_overlapping(motion, t, h, added)) return false;
     if (!added) break;
   }
-  judge_ways(system, h, sudden);
+  judge_paths(system, h, sudden);
   step_.acted = s.problem.count > 0;
   step_.impulse.setZero();
   if (step_.acted) {

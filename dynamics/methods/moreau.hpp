@@ -96,7 +96,7 @@ class MoreauStepping : public Integrator {
     std::vector<char> acts;   ///< per contact: it acts
     std::vector<char> known;  ///< per constraint: `rows` holds its rows
     Eigen::VectorXd wanted, x, change, shift, moved, slope;
-    Eigen::VectorXd held;  ///< velocity change by one impulse along a row, nv
+    Eigen::VectorXd response;  ///< velocity change by one impulse along a row, nv
     /// Columns of nv numbers: the velocities at the middle, then the differences from them of those at the
     /// start and of those at the end without impulses.
     RowsOf<double> motions;
@@ -106,7 +106,7 @@ class MoreauStepping : public Integrator {
   };
   bool meet(Flow& flow, const MotionFlow& motion, double t, double h, const Eigen::VectorXd& y,
             Eigen::VectorXd& out);
-  void look(const MotionFlow& motion, double t, const Eigen::VectorXd& y);
+  void find_gaps(const MotionFlow& motion, double t, const Eigen::VectorXd& y);
   void find_rows(const System& system, const Kinematics& kinematics, int contact);
   bool find_acting(const MotionFlow& motion, double t, double h);
   bool add_overlapping(const MotionFlow& motion, double t, double h, bool& added);
@@ -128,7 +128,7 @@ class MoreauStepping : public Integrator {
   void find_separation(const System& system, int stride);
   bool separate(Flow& flow, const MotionFlow& motion, double t);
   void judge_gaps(const System& system, double h);
-  void judge_ways(const System& system, double h, bool sudden);
+  void judge_paths(const System& system, double h, bool sudden);
 
   std::unique_ptr<Scratch> scratch_;
   ContactStep step_, kept_step_;  ///< step_.impulse is the initial guess of the next step

@@ -70,10 +70,10 @@ void MoreauStepping::find_response(const System& system, int rows) {
 /// Subtracts the reaction of the bilateral constraints from the response to an impulse.
 void MoreauStepping::hold_bilateral(const System& system, int column) {
   Scratch& s = *scratch_;
-  s.held = s.Y.col(column);
-  solve_lower(system, s.at.factor, s.held.data());
-  s.wanted.noalias() = -s.at.rows.L.leftCols(system.nv) * s.held;
-  s.at.solver.correct(s.at.factor, s.wanted, s.held);
+  s.response = s.Y.col(column);
+  solve_lower(system, s.at.factor, s.response.data());
+  s.wanted.noalias() = -s.at.rows.L.leftCols(system.nv) * s.response;
+  s.at.solver.correct(s.at.factor, s.wanted, s.response);
   s.Y.col(column) += s.at.solver.measured().head(system.nv);
 }
 
@@ -257,7 +257,7 @@ bool MoreauStepping::separate(Flow& flow, const MotionFlow& motion, double t) {
       s.plastic[stride * Eigen::Index(k)] = s.apart[Eigen::Index(k)];
     respond(system, s.plastic, rows, s.x);
     move(flow, s.x, separated_);
-    look(motion, t, separated_);
+    find_gaps(motion, t, separated_);
   }
   return made > 0;
 }

@@ -228,8 +228,8 @@ void Certifier::observe_residuals(double t, const State& state, const Workspace&
       residual.position = h;
       residual.position_time = t;
       rows.position = row;
-      if (!rows.told && h > certificate_.energy_threshold * system_.row_scale[row]) {
-        rows.told = true;
+      if (!rows.reported && h > certificate_.energy_threshold * system_.row_scale[row]) {
+        rows.reported = true;
         // A row that drifts depends on no others.
         if (const auto behind = workspace.solver.rows_behind(row); !behind.empty())
           rows.contradicted = fmt::format("; it contradicts '{}'", fmt::join(behind, "', '"));

@@ -175,11 +175,11 @@ class Certifier {
   /// above the limit contradicts.
   struct ResidualRows {
     int position = -1, velocity = -1;
-    bool told = false;
+    bool reported = false;
     std::string contradicted;
     template <class Keeper>
     void keep(Keeper& k) {
-      k(told, contradicted);
+      k(reported, contradicted);
     }
   };
   std::vector<ResidualRows> residual_rows_;

@@ -24,7 +24,7 @@ ChangeWatch::ChangeWatch(const System& system, const Parameters& parameters, dou
 
 double ChangeWatch::bounded(double step) {
   if (!(step > longest_)) return step;
-  held_ = true;
+  limited_ = true;
   return longest_;
 }
 
@@ -34,7 +34,7 @@ void ChangeWatch::take_step(double from, double made) {
 }
 
 void ChangeWatch::judge(Certifier& certifier) const {
-  if (held_)
+  if (limited_)
     certifier.note(fmt::format("steps were limited to {:.4g} s, an eighth of the {} of {}", longest_,
                                change_.wave, change_.name));
   if (longest_made_ > rounding_slack * longest_)

@@ -20,14 +20,14 @@ class ChangeWatch {
   /// Notes that steps were bounded. Distrusts the run if they were too long.
   void judge(Certifier& certifier) const;
 
-  void keep(Keeper& k) { k(longest_made_, first_overlong_, held_); }
+  void keep(Keeper& k) { k(longest_made_, first_overlong_, limited_); }
 
  private:
   FastestChange change_;
   double longest_ = std::numeric_limits<double>::infinity();  ///< s, longest step that resolves the change
   double longest_made_ = 0;                                   ///< s, longest accepted step
   double first_overlong_ = 0;                                 ///< s, start of the first step above longest_
-  bool held_ = false;                                         ///< a step was cut to longest_
+  bool limited_ = false;                                      ///< a step was cut to longest_
 };
 
 }  // namespace borelli

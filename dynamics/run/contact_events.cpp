@@ -60,7 +60,7 @@ void ContactEvents::tell() {
   any_slack_ = std::any_of(slack_.begin(), slack_.end(), [](double slack) { return slack > 0; });
 }
 
-Result<void> ContactEvents::look(const State& state) {
+Result<void> ContactEvents::find_rows(const State& state) {
   for (ContactMode& mode : w_.rows.modes) mode = {};
   if (const Fault fault =
           update_terms(system_, system_.parameters, state.t, state.q.data(), state.v.data(), w_))
@@ -81,7 +81,7 @@ Result<void> check_apart(const System& system, const ConstraintRows& every) {
 }
 
 Result<void> ContactEvents::start(State& state) {
-  if (auto done = look(state); !done) return done;
+  if (auto done = find_rows(state); !done) return done;
   if (auto done = check_apart(system_, every_); !done) return done;
   return settle(state, certifier_.events());
 }
@@ -185,12 +185,12 @@ Result<AfterEvent> ContactEvents::handle(std::span<const int> which, State& stat
       for (std::size_t k = 0; k < modes_.size(); ++k)
         if (system_.contacts[k].constraint == system_.contacts[i].constraint) slip_at_limit_[k] = borne_[k];
   }
-  if (auto done = look(state); !done) return tl::unexpected(done.error());
+  if (auto done = find_rows(state); !done) return tl::unexpected(done.error());
   if (auto done = settle(state, log); !done) return tl::unexpected(done.error());
   return AfterEvent::restart;
 }
 
-/// Handles the event at a state that look() has evaluated.
+/// Handles the event at a state that find_rows() has evaluated.
 Result<void> ContactEvents::settle(State& state, std::vector<LoggedEvent>& log) {
   const std::vector<ContactMode> before = modes_;
   std::vector<int> closed;
@@ -220,12 +220,12 @@ Result<void> ContactEvents::settle(State& state, std::vector<LoggedEvent>& log) 
               "rest; give a higher rest_speed, or use the method moreau, which steps over such moments",
               state.t));
     if (round > 0) {
-      if (auto done = look(state); !done) return done;
+      if (auto done = find_rows(state); !done) return done;
       std::fill(cannot_leave_.begin(), cannot_leave_.end(), false);
     }
     if (approach(state, closed)) {
       if (auto done = meet(state, closed, log); !done) return done;
-      if (auto done = look(state); !done) return done;
+      if (auto done = find_rows(state); !done) return done;
     }
     if (auto done = choose(state, closed); !done) return done;
     tell();

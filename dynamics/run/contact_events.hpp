@@ -51,7 +51,7 @@ class ContactEvents : public EventSource {
  private:
   static constexpr int functions = 4;
   /// Finds the rows of all contacts at a state, and the equations' terms without contacts.
-  Result<void> look(const State& state);
+  Result<void> find_rows(const State& state);
   Result<void> settle(State& state, std::vector<LoggedEvent>& log);
   Result<void> meet(State& state, const std::vector<int>& closed, std::vector<LoggedEvent>& log);
   Result<void> choose(const State& state, const std::vector<int>& closed);

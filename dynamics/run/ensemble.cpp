@@ -52,7 +52,7 @@ class Springs {
   /// Calls leave(lane) for every lane in which, since the last call, a spring passed a bound or half a turn,
   /// became slack or taut, or turned too far to tell.
   template <class Leave>
-  void look(const KinematicsOf<Lanes>& kinematics, Leave&& leave) {
+  void find_crossings(const KinematicsOf<Lanes>& kinematics, Leave&& leave) {
     SiteReader<Lanes> reader(system_, system_.parameters, kinematics);
     std::array<bool, count> passed{};  // leave() may call forget()
     std::size_t at = 0;
@@ -226,7 +226,7 @@ class BatchRun {
         continue;
       }
       left_ = false;
-      springs_.look(w_.kinematics, [&](int lane) { replace(lane); });
+      springs_.find_crossings(w_.kinematics, [&](int lane) { replace(lane); });
       if (!left_) break;
     }
     find_energies(system_, system_.parameters, state_, w_);
@@ -331,7 +331,7 @@ class BatchRun {
 };
 
 /// A member's constant effort along a coordinate, as an effort of the scene.
-struct Held {
+struct ConstantEffort {
   Eigen::Vector3d effort;
   bool ball;
 
@@ -362,7 +362,8 @@ System holding(const System& system, const Eigen::VectorXd& efforts) {
                            .group = system.velocity_groups[info.v_index]});
     out.coordinate_sites.push_back({.q = info.q_index, .u = info.v_index});
     out.parameters.efforts.push_back(
-        {"held on " + info.name, OwnEffort({}, {{info.name}}, Held{effort, info.q_size == 4})});
+        {"constant effort on " + info.name,
+         OwnEffort({}, {{info.name}}, ConstantEffort{effort, info.q_size == 4})});
   }
   return out;
 }

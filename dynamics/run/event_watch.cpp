@@ -26,10 +26,10 @@ constexpr double finest = 1. / 4096;
 
 // Largest number of samples in a step, over all functions. Bodies that need more (passing through each other
 // and back) cannot be resolved.
-constexpr long most_looks = 1 << 15;
+constexpr long most_samples = 1 << 15;
 
 // Number of samples kept for other functions.
-constexpr std::size_t kept_looks = 64;
+constexpr std::size_t kept_samples = 64;
 
 // Speeds change between samples.
 constexpr double allowance = 2;
@@ -96,7 +96,7 @@ EventWatch::EventWatch(const System& system, std::vector<EventSource*> sources)
   hits_.reserve(count);
   which_.reserve(count);
   ahead_.reserve(64);
-  kept_.resize(count > 1 ? kept_looks : 0);
+  kept_.resize(count > 1 ? kept_samples : 0);
   for (Kept& kept : kept_) kept.values.resize(count);
 }
 
@@ -122,7 +122,7 @@ void EventWatch::start(const State& state, const Kinematics& kinematics) {
 
 void EventWatch::begin_step() {
   end_known_ = false;
-  looks_ = 0;
+  samples_ = 0;
   kept_count_ = 0;
   for (Watched& w : watched_) {
     w.start = w.end;
@@ -175,18 +175,18 @@ class EventWatch::Search {
   Search(EventWatch& watch, int i, StepPath& path, double h, Landing& landing)
       : watch_(watch), i_(i), path_(path), h_(h), landing_(landing) {}
 
-  bool look(double theta, EventValue& value) {
+  bool sample(double theta, EventValue& value) {
     for (std::size_t k = 0; k < watch_.kept_count_; ++k)
       if (watch_.kept_[k].theta == theta) {
         value = watch_.kept_[k].values[i_];
         return true;
       }
-    if (++watch_.looks_ > most_looks) {
+    if (++watch_.samples_ > most_samples) {
       error_ = {
           watch_.system_.scene,
           fmt::format("a step of {:.3g} s up to t = {:.6g} s passes contacts, stops or events more often "
                       "than {} checks can resolve; take shorter steps, unless the motion diverges",
-                      h_, landing_.state.t, most_looks)};
+                      h_, landing_.state.t, most_samples)};
       return false;
     }
     if (auto done = path_.land(theta, landing_); !done) {
@@ -215,7 +215,7 @@ class EventWatch::Search {
                    least = 0.25 * side * from.value.rate * time;
       Look middle{from.theta + 0.5 * part, {}};
       if (0.5 * part < 4 * watch_.resolution_) return Answer::none;
-      if (!look(middle.theta, middle.value)) return Answer::failed;
+      if (!sample(middle.theta, middle.value)) return Answer::failed;
       const Cubic cubic(from.value, left.value, time);
       const double off = cubic.off(middle.value, time);
       if (reach(from.value, left.value, time) <= 2 * left.value.size && side * left.value.value > least &&
@@ -253,7 +253,7 @@ class EventWatch::Search {
         continue;
       }
       Look middle{before.theta + 0.5 * part, {}};
-      if (!look(middle.theta, middle.value)) return Answer::failed;
+      if (!sample(middle.theta, middle.value)) return Answer::failed;
       if (sharp) {
         ahead.push_back(middle);
         continue;
@@ -283,7 +283,7 @@ class EventWatch::Search {
         const double low = cubic.lowest(side);
         if (side * cubic.at(low) < -off) {  // the cubic crosses zero and returns: sample there
           middle.theta = before.theta + low * part;
-          if (!look(middle.theta, middle.value)) return Answer::failed;
+          if (!sample(middle.theta, middle.value)) return Answer::failed;
         }
       }
       ahead.push_back(middle);
@@ -295,7 +295,7 @@ class EventWatch::Search {
   Answer moment(const Look& before, const Look& after, double& theta) {
     const auto value_at = [this](double at, double& y) {
       EventValue value;
-      if (!look(at, value)) return false;
+      if (!sample(at, value)) return false;
       y = value.value;
       return true;
     };

@@ -71,7 +71,7 @@ class EventWatch {
   std::vector<Kept> kept_;   ///< samples of this step, the first kept_count_ of them
   std::size_t kept_count_ = 0;
   bool end_known_ = false;
-  long looks_ = 0;         ///< in this step
+  long samples_ = 0;       ///< in this step
   double theta_ = 0;       ///< of the event found
   double resolution_ = 0;  ///< of theta
 };

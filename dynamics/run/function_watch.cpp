@@ -12,7 +12,7 @@ namespace borelli {
 namespace {
 
 // Number of intervals into which a function without knots is sampled between the ends of a step.
-constexpr int looks = 16;
+constexpr int sample_count = 16;
 
 // A step over more periods than this of a periodic function is rejected unseen.
 constexpr double most_periods = 16;
@@ -59,7 +59,7 @@ double largest_departure(const F& f, double a, double b, const std::vector<doubl
 
 /// Whether the ends determine the spline between them to within `allowed`.
 template <class F>
-bool told_by_ends(const F& f, const TableKnots& knots, double a, double b, double allowed) {
+bool ends_determine(const F& f, const TableKnots& knots, double a, double b, double allowed) {
   if (a > b) std::swap(a, b);
   if (knots.periodic && b - a > most_periods * (knots.at.back() - knots.at.front())) return false;
   auto [places, shortest] = knots.between(a, b);
@@ -74,9 +74,9 @@ bool told_by_ends(const F& f, const TableKnots& knots, double a, double b, doubl
 }
 
 template <class F>
-bool told_by_ends(const F& f, double a, double b, double allowed) {
+bool ends_determine(const F& f, double a, double b, double allowed) {
   std::vector<double> places;
-  for (int i = 1; i < looks; ++i) places.push_back(a + (b - a) * i / looks);
+  for (int i = 1; i < sample_count; ++i) places.push_back(a + (b - a) * i / sample_count);
   return largest_departure(f, a, b, places) <= allowed;
 }
 
@@ -90,13 +90,14 @@ bool followed(const CoordinateFunction& kind, const SiteReader<double>& a, const
     return std::array{value.value, value.rate, value.acceleration};
   };
   if (const auto* table = std::get_if<Table>(&kind.function))
-    return told_by_ends(f, TableKnots{table->times, table->ends == SplineEnds::periodic}, from, to, allowed);
+    return ends_determine(f, TableKnots{table->times, table->ends == SplineEnds::periodic}, from, to,
+                          allowed);
   if (const auto* sine = std::get_if<Sine>(&kind.function); sine && std::abs(sine->amplitude) > allowed) {
     const double turn = std::abs(sine->angular_frequency * (to - from));
     if (turn > 2 * M_PI) return false;  // samples might hit the same phase of each period
-    return turn < M_PI / 8 || told_by_ends(f, from, to, allowed);
+    return turn < M_PI / 8 || ends_determine(f, from, to, allowed);
   }
-  return told_by_ends(f, from, to, allowed);
+  return ends_determine(f, from, to, allowed);
 }
 
 bool followed(const PointOnCurve& kind, const SiteReader<double>& a, const SiteReader<double>& b,
@@ -116,7 +117,7 @@ bool followed(const PointOnCurve& kind, const SiteReader<double>& a, const SiteR
       const SplineValue<double> value = path(s);
       return std::array{value.value, value.slope, value.curvature};
     };
-    if (!told_by_ends(f, TableKnots{knots, kind.closed}, from, to, allowed)) return false;
+    if (!ends_determine(f, TableKnots{knots, kind.closed}, from, to, allowed)) return false;
   }
   return true;
 }

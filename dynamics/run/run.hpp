@@ -96,7 +96,7 @@ class Run {
   Result<void> pass_events(double h);
 
   /// Solves the equations at a state between steps, books its projection and shows it to the certifier.
-  Result<void> look_between(Landing& between);
+  Result<void> check_between(Landing& between);
 
   /// Records the rows due within the step of h, before time `until`.
   Result<void> record_between(double h, double until);

@@ -34,7 +34,7 @@ Result<void> Run::pass_events(double h) {
     // Record the rows before the event now, because the event may change what they depend on.
     if (auto done = record_between(h, between_.state.t); !done) return done;
     if (auto done = sample_between(h, between_.state.t); !done) return done;
-    if (auto done = look_between(between_); !done) return done;
+    if (auto done = check_between(between_); !done) return done;
     energy_before_event_ = probe().terms.group_kinetic + probe().terms.group_potential;
     const auto after = watch_->handle(between_, probe(), certifier_->events());
     if (!after) return diverged(after.error());
@@ -52,7 +52,7 @@ Result<void> Run::pass_events(double h) {
   }
 }
 
-Result<void> Run::look_between(Landing& between) {
+Result<void> Run::check_between(Landing& between) {
   const State& state = between.state;
   if (const Fault fault = accelerate(system_, system_.parameters, state.t, state.q.data(), state.v.data(),
                                      motion_.handling(), probe()))
@@ -70,7 +70,7 @@ Result<void> Run::record_between(double h, double until) {
     if (auto done = path_.land((at - state_.t) / h, row_); !done) return diverged(done.error());
     row_.state.t = at;
     if (samples_) samples_->take(row_.state);
-    if (auto done = look_between(row_); !done) return done;
+    if (auto done = check_between(row_); !done) return done;
     if (auto done = record(row_.state, probe(), row_.work); !done) return done;
   }
   return {};

@@ -45,7 +45,7 @@ SpringEvents::SpringEvents(const System& system, Parameters& parameters)
   }
 }
 
-void SpringEvents::look(const Kinematics& kinematics) {
+void SpringEvents::measure_bounds(const Kinematics& kinematics) {
   enum { on_coordinate };
   SiteReader<double> reader(system_, parameters_, kinematics);
   at_.clear();
@@ -92,7 +92,7 @@ Eigen::Vector3d SpringEvents::turn_rate(const Turn& turn, const Kinematics& kine
 }
 
 void SpringEvents::evaluate(const State&, const Kinematics& kinematics, std::span<EventValue> values) {
-  look(kinematics);
+  measure_bounds(kinematics);
   for (int i = 0; i < first_turn(); ++i) values[i] = bound_value(i);
   for (std::size_t i = 0; i < turns_.size(); ++i) {
     const Quaternion theta = turned(turns_[i], kinematics);
@@ -101,10 +101,10 @@ void SpringEvents::evaluate(const State&, const Kinematics& kinematics, std::spa
 }
 
 void SpringEvents::follow(const Kinematics& kinematics) {
-  look(kinematics);
+  measure_bounds(kinematics);
   for (std::size_t b = 0; b < bounds_.size(); ++b) {
     Bound& bound = bounds_[b];
-    std::array<bool, 2>& acts = held(bound);
+    std::array<bool, 2>& acts = acting(bound);
     for (int side = 0; side < 2; ++side) {
       const EventValue left = bound_value(int(4 * b) + side);
       // Right at a bound, the rate decides the side.
@@ -127,11 +127,12 @@ bool SpringEvents::turned_too_far(const Kinematics& after, double h) const {
 
 Result<AfterEvent> SpringEvents::handle(std::span<const int> which, State& state, Workspace& workspace,
                                         std::vector<LoggedEvent>& log) {
-  look(workspace.kinematics);
+  measure_bounds(workspace.kinematics);
   for (const int i : which) {
     if (const int turn = i - first_turn(); turn >= 0) {
-      log.push_back({state.t, "half_turn",
-                     fmt::format("effort '{}' turns round", parameters_.efforts[turns_[turn].effort].name)});
+      log.push_back(
+          {state.t, "half_turn",
+           fmt::format("effort '{}' passes half a turn", parameters_.efforts[turns_[turn].effort].name)});
       continue;
     }
     Bound& bound = bounds_[i / 4];

@@ -38,7 +38,7 @@ class SpringEvents : public EventSource {
 
   template <class Keeper>
   void keep(Keeper& k) {
-    for (Bound& bound : bounds_) k(bound.slack, held(bound));
+    for (Bound& bound : bounds_) k(bound.slack, acting(bound));
     for (Turn& turn : turns_) k(turn.from, turn.speed);
   }
 
@@ -58,13 +58,13 @@ class SpringEvents : public EventSource {
     double speed = 0;  ///< rad/s, at the reference state
   };
   /// The run's flags whether the limit spring acts beyond the upper and the lower bound.
-  std::array<bool, 2>& held(const Bound& bound) {
+  std::array<bool, 2>& acting(const Bound& bound) {
     return std::get<LimitSpring>(parameters_.efforts[bound.effort].kind).held[bound.component];
   }
   /// Fills `at_`: coordinate and rate per bound.
-  void look(const Kinematics& kinematics);
+  void measure_bounds(const Kinematics& kinematics);
   int first_turn() const { return int(4 * bounds_.size()); }
-  /// Call after look().
+  /// Call after measure_bounds().
   EventValue bound_value(int i) const;
   Quaternion turned(const Turn& turn, const Kinematics& kinematics) const;
   /// Angular velocity of a relative to b, in a's axes, rad/s.

@@ -54,24 +54,24 @@ class Couplings {
   /// The start of a known coordinate: follows its couplings to the last one, then evaluates them in reverse.
   /// (A loop, since chains of couplings may be long.)
   Result<Start> start_of(const std::string& name) {
-    std::vector<std::string> way{name};
-    while (const Coupled* coupled = coupling_of(way.back())) {
-      if (auto fine = check(way.back(), *coupled); !fine) return tl::unexpected(fine.error());
-      if (way.size() > coordinates_.size())
-        return bad_use(where(way.back()),
+    std::vector<std::string> chain{name};
+    while (const Coupled* coupled = coupling_of(chain.back())) {
+      if (auto fine = check(chain.back(), *coupled); !fine) return tl::unexpected(fine.error());
+      if (chain.size() > coordinates_.size())
+        return bad_use(where(chain.back()),
                        fmt::format("is coupled to '{}', which is coupled back to it", coupled->to));
-      way.push_back(coupled->to);
+      chain.push_back(coupled->to);
     }
-    auto last = own_start(way.back());
+    auto last = own_start(chain.back());
     if (!last) return last;
     Start start = *last;
-    for (;; way.pop_back()) {
-      if (const Coupled* coupled = coupling_of(way.back())) {
+    for (;; chain.pop_back()) {
+      if (const Coupled* coupled = coupling_of(chain.back())) {
         const TimeValue f = at(coupled->function, start.value);
         start = {f.value, f.rate * start.rate};
       }
-      coordinates_.at(way.back()).start = start;
-      if (way.size() == 1) return start;
+      coordinates_.at(chain.back()).start = start;
+      if (chain.size() == 1) return start;
     }
   }
 

@@ -22,18 +22,18 @@ struct Search {
   void take(double period, const std::string& wave) {
     if (!found || period < found->period) found = FastestChange{name, wave, period};
   }
-  void look(const Sine& sine) {
+  void measure(const Sine& sine) {
     if (sine.amplitude == 0 || sine.angular_frequency == 0) return;
     take(2 * M_PI / std::abs(sine.angular_frequency), "period");
   }
-  void look(const Polynomial& polynomial) {
+  void measure(const Polynomial& polynomial) {
     std::size_t degree = polynomial.coefficients.size();
     while (degree > 0 && polynomial.coefficients[degree - 1] == 0) --degree;
     if (degree < 2) return;  // a constant
     --degree;
     take(2 * span / double(degree), fmt::format("shortest wave (a polynomial of degree {})", degree));
   }
-  void look(const Table& table) {
+  void measure(const Table& table) {
     if (!tables) return;
     double shortest = std::numeric_limits<double>::infinity();
     for (std::size_t i = 1; i < table.times.size(); ++i)
@@ -42,7 +42,7 @@ struct Search {
   }
   void operator()(const std::string& of, const TimeFunction& f) {
     name = of;
-    std::visit([this](const auto& function) { look(function); }, f);
+    std::visit([this](const auto& function) { measure(function); }, f);
   }
 };
 

@@ -22,18 +22,18 @@ Result<SolidOrder> order_solids(const Scene& scene) {
     if (!out.number.emplace(solid.name, static_cast<int>(i)).second)
       return bad_use(scene.where(solid), "there are two solids of this name; names must differ");
   }
-  enum class Mark : char { none, on_the_way, placed };
+  enum class Mark : char { none, on_path, placed };
   std::vector<Mark> marks(scene.solids.size(), Mark::none);
   for (std::size_t start = 0; start < scene.solids.size(); ++start) {
-    std::vector<int> way;  // the path from the solid up to a placed one
+    std::vector<int> path;  // the path from the solid up to a placed one
     for (int i = static_cast<int>(start); marks[i] != Mark::placed;) {
       const Solid& solid = scene.solids[i];
-      if (marks[i] == Mark::on_the_way)
+      if (marks[i] == Mark::on_path)
         return bad_use(scene.where(solid),
                        fmt::format("is its own ancestor (its parent is '{}'); close loops with constraints",
                                    solid.parent));
-      marks[i] = Mark::on_the_way;
-      way.push_back(i);
+      marks[i] = Mark::on_path;
+      path.push_back(i);
       if (solid.parent == world_name) break;
       const auto parent = out.number.find(solid.parent);
       if (parent == out.number.end())
@@ -41,7 +41,7 @@ Result<SolidOrder> order_solids(const Scene& scene) {
                                                        solid.parent, solid_list(scene)));
       i = parent->second;
     }
-    for (auto i = way.rbegin(); i != way.rend(); ++i) {
+    for (auto i = path.rbegin(); i != path.rend(); ++i) {
       marks[*i] = Mark::placed;
       out.order.push_back(*i);
     }

@@ -37,14 +37,14 @@ void each_time_function(const System& system, const Parameters& parameters, Take
     const std::string name = fmt::format("driven coordinate '{}'", system.driven[d].name);
     for (const TimeFunction& f : parameters.drives[d].functions) take(name, f);
   }
-  const auto look_into = [&](const char* what, const auto& things) {
+  const auto visit_kinds = [&](const char* what, const auto& things) {
     for (const auto& thing : things) {
       const std::string name = fmt::format("{} '{}'", what, thing.name);
       std::visit([&](const auto& kind) { TimeFunctionFields<Take>{name, take}.of(kind); }, thing.kind);
     }
   };
-  look_into("effort", parameters.efforts);
-  look_into("constraint", parameters.constraints);
+  visit_kinds("effort", parameters.efforts);
+  visit_kinds("constraint", parameters.constraints);
 }
 
 }  // namespace borelli

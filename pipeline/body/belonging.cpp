@@ -56,11 +56,11 @@ LabelsInAir labels_in_air(const GreyVolume& volume, const LabelMap& labels, int 
     if (air.share[label] > wrong_in_air) air.wrong.push_back(label);
   }
   if (all) air.all = static_cast<double>(out) / static_cast<double>(all);
-  const LabelMap told = labels_on(labels, body.grid, threads);
-  std::int64_t held = 0, bare = 0;
+  const LabelMap on_body = labels_on(labels, body.grid, threads);
+  std::int64_t visible = 0, bare = 0;
   for (std::size_t o = 0; o < body.voxels.size(); ++o)
-    held += body.voxels[o], bare += body.voxels[o] && !told.voxels[o];
-  if (held) air.bare = static_cast<double>(bare) / static_cast<double>(held);
+    visible += body.voxels[o], bare += body.voxels[o] && !on_body.voxels[o];
+  if (visible) air.bare = static_cast<double>(bare) / static_cast<double>(visible);
   return air;
 }
 
@@ -101,24 +101,26 @@ Result<std::string> compare_volumes(const std::array<PartFinding, parts.size()>&
     // a map of requested segments has groups instead of parts, or lacks parts
     const auto it = std::ranges::find(labels.names, parts[n].name);
     if (it == labels.names.end()) continue;
-    const double told = findings[n].volume,
-                 held = static_cast<double>(voxels[static_cast<std::size_t>(it - labels.names.begin())]) *
-                        labels.grid.voxel_volume();
-    if (told == 0) continue;  // not in the scan, or not asked for
+    const double expected = findings[n].volume,
+                 labelled = static_cast<double>(voxels[static_cast<std::size_t>(it - labels.names.begin())]) *
+                            labels.grid.voxel_volume();
+    if (expected == 0) continue;  // not in the scan, or not asked for
     ++compared;
-    if (std::abs(held - told) > same * std::max(held, told))
+    if (std::abs(labelled - expected) > same * std::max(labelled, expected))
       differ.push_back(
-          fmt::format("{} {:.2f} litres, found as {:.2f}", parts[n].name, 1e-6 * held, 1e-6 * told));
+          fmt::format("{} {:.2f} litres instead of {:.2f}", parts[n].name, 1e-6 * labelled, 1e-6 * expected));
   }
   if (differ.empty()) return "";
   if (2 * differ.size() > compared)
     return bad_use(
         "findings",
         fmt::format(
-            "they belong to another segmentation than the labels: {} of {} parts have another volume ({})",
+            "they belong to another segmentation than the labels: the volumes of {} of {} parts differ ({}); "
+            "give the segmentation.json that was written with these labels",
             differ.size(), compared, name_list(differ, 4)));
-  return fmt::format("the labels differ from the findings, which were used all the same: {}",
-                     name_list(differ, 4));
+  return fmt::format(
+      "volumes in the labels differ from those in segmentation.json, whose findings were used anyway: {}",
+      name_list(differ, 4));
 }
 
 std::string compare_sides(const LabelMap& labels) {

@@ -58,12 +58,12 @@ Samples draw(const ClassLabels& classes) {
         const auto label = classes.labels.voxels[o];
         const std::size_t kind = label ? kind_of(classes.rule(label)) : kinds;
         if (kind == kinds) continue;
-        auto& held = out.at[kind];
+        auto& drawn = out.at[kind];
         const std::size_t n = out.of[kind]++;
-        if (held.size() < most)
-          held.push_back({i, j, k});
+        if (drawn.size() < most)
+          drawn.push_back({i, j, k});
         else if (const std::size_t m = random() % (n + 1); m < most)
-          held[m] = {i, j, k};
+          drawn[m] = {i, j, k};
       }
   return out;
 }

@@ -402,13 +402,14 @@ void Deviations::vary_landmarks() {
     const bool of_trunk = row.part == "head" || row.part.ends_with("trunk");
     if (discs && of_trunk) continue;
     if (discs)
-      row.notes.push_back("standard deviations leave out errors of the joints' surfaces");
+      row.notes.push_back(
+          "standard deviations do not include errors of the surfaces between the bones of a joint");
     else if (!in_.landmarks.empty())
       row.notes.push_back(
-          "standard deviations leave out errors of the cuts, which are not this program's planes");
+          "standard deviations do not include errors of the cuts, because another program made them");
     else if (part_label(row.part) > 0)
       row.notes.push_back(
-          "standard deviations leave out errors of the cuts, because no landmarks were given");
+          "standard deviations do not include errors of the cuts, because no landmarks were given");
   }
   std::optional<Recut> recut;
   if (planes) {

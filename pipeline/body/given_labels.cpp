@@ -37,7 +37,7 @@ void doubt_what_is_air(const LabelsInAir& air, Segmentation& found) {
     if (label == 0) continue;
     PartFinding& part = found.part[label];
     part.note += (part.note.empty() ? "" : "; ") + doubt.doubt;
-    if (doubt.held != Completeness::cut) continue;
+    if (doubt.completeness != Completeness::cut) continue;
     part.coverage = Coverage::cut, part.confidence = 0;
   }
 }

@@ -56,7 +56,7 @@ Laid lay(std::string_view segment, Seen& seen) {
     const Vector3d psis_left = seen.at("psis_left"), psis_right = seen.at("psis_right");
     const Vector3d front = middle(left, right), back = middle(psis_left, psis_right);
     const Vector3d Y = Z.cross(front - back);
-    return {front, Y.cross(Z), Y, "mid-ASIS", "ISB pelvis: Z over the ASIS, Y normal to ASIS and PSIS"};
+    return {front, Y.cross(Z), Y, "mid-ASIS", "ISB pelvis: Z through both ASIS, Y normal to ASIS and PSIS"};
   }
   if (segment == "upper_trunk") {
     const Vector3d notch = seen.at("suprasternale"), c7 = seen.at("cervicale");
@@ -80,7 +80,7 @@ Laid lay(std::string_view segment, Seen& seen) {
     const Vector3d medial = seen("medial_malleolus"), lateral = seen("lateral_malleolus");
     const Vector3d Y = middle(seen("knee_medial"), seen("knee_lateral")) - middle(medial, lateral);
     return {middle(medial, lateral), Y.cross(seen.rightwards(medial, lateral)), Y, "middle of the malleoli",
-            "ISB shank: Y from the malleoli's to the epicondyles' middle, Z over the malleoli"};
+            "ISB shank: Y from the malleoli's to the epicondyles' middle, Z through the malleoli"};
   }
   const Vector3d heel = seen("heel"), fifth = seen("metatarsal_5");
   const Vector3d X = middle(seen("metatarsal_1"), fifth) - heel;

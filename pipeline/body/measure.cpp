@@ -38,10 +38,12 @@ Result<void> check(const GreyVolume& volume, const LabelMap& labels, const Measu
   if (!options.sex.empty() && options.sex != "male" && options.sex != "female")
     return bad_use("sex", fmt::format("'{}' is unknown; expected male or female", printable(options.sex)));
   if (!agree(volume.grid, labels.grid))
-    return bad_use("labels", fmt::format("they must lie on the volume's grid of {} x {} x {} voxels, but "
-                                         "have {} x {} x {}, other axes or another origin",
-                                         volume.grid.size[0], volume.grid.size[1], volume.grid.size[2],
-                                         labels.grid.size[0], labels.grid.size[1], labels.grid.size[2]));
+    return bad_use(
+        "labels",
+        fmt::format("they must lie on the volume's grid of {} x {} x {} voxels, but "
+                    "have {} x {} x {}, other axes or another origin; resample the labels to the volume",
+                    volume.grid.size[0], volume.grid.size[1], volume.grid.size[2], labels.grid.size[0],
+                    labels.grid.size[1], labels.grid.size[2]));
   if (!options.density_curve.empty() && volume.quantity != Quantity::hu)
     return bad_use("density curve " + options.density_curve,
                    "applies to CT numbers, and the volume contains densities; leave it out");
@@ -49,9 +51,10 @@ Result<void> check(const GreyVolume& volume, const LabelMap& labels, const Measu
   return admit_memory("inertia table", "measuring the parts", 4.0 * static_cast<double>(volume.grid.count()));
 }
 
-std::string in_words(Sampling sampling, double mixed, bool told) {
+std::string in_words(Sampling sampling, double mixed, bool requested) {
   const std::string share =
-      told ? "as requested" : fmt::format("{:.0f} % of the voxels beside the skin are mixed", 100 * mixed);
+      requested ? "as requested"
+                : fmt::format("{:.0f} % of the voxels beside the skin are mixed", 100 * mixed);
   return sampling == Sampling::points
              ? fmt::format("points ({}): labelled voxels only, second moments without correction", share)
              : fmt::format("averages ({}): with the skin's mixed voxels, second moments reduced by h^2/12",
@@ -93,12 +96,12 @@ Result<Weighed> weigh(const GreyVolume& volume, const LabelMap& labels, const De
 
 // `cut` is called only for parts that `completeness` does not contain
 Completeness judge(InertiaRow& row, const PartCompleteness& completeness, const std::function<bool()>& cut) {
-  const auto told = completeness.find(row.part);
-  const std::string doubt = told == completeness.end() ? "" : told->second.doubt;
-  if (told != completeness.end() && told->second.held != Completeness::absent) {
-    if (!told->second.why.empty()) row.notes.push_back(told->second.why);
+  const auto known = completeness.find(row.part);
+  const std::string doubt = known == completeness.end() ? "" : known->second.doubt;
+  if (known != completeness.end() && known->second.completeness != Completeness::absent) {
+    if (!known->second.why.empty()) row.notes.push_back(known->second.why);
     if (!doubt.empty()) row.notes.push_back(doubt);
-    return told->second.held;
+    return known->second.completeness;
   }
   const bool reaches = cut();
   if (reaches) row.notes.push_back("reaches the edge of the scan");
@@ -121,12 +124,12 @@ PartCompleteness completeness_of(const std::array<PartFinding, parts.size()>& fi
 
 void doubt_what_is_air(const LabelsInAir& air, const LabelMap& labels, PartCompleteness& completeness) {
   for (const std::size_t label : air.doubtful) {
-    const PartHeld not_told{Completeness::absent, "", ""};
-    PartHeld& part = completeness.try_emplace(name_of_label(labels, label), not_told).first->second;
+    const PartState unknown{Completeness::absent, "", ""};
+    PartState& part = completeness.try_emplace(name_of_label(labels, label), unknown).first->second;
     part.doubt = fmt::format("{:.0f} % of its label is air outside the body", 100 * air.share[label]);
     if (std::ranges::find(air.wrong, label) != air.wrong.end()) {
-      part.doubt += ": this is not the part of this body";
-      part.held = Completeness::cut;
+      part.doubt += ": the label does not fit this body";
+      part.completeness = Completeness::cut;
     }
   }
 }
@@ -154,9 +157,9 @@ Result<InertiaTable> measure(const GreyVolume& volume, LabelMap labels, const La
                                        return (*cut)[label];
                                      })
                              : Completeness::absent;
-    if (const auto told = completeness.find(row.part);
-        !there && told != completeness.end() && !told->second.why.empty())
-      row.notes.push_back(told->second.why);
+    if (const auto known = completeness.find(row.part);
+        !there && known != completeness.end() && !known->second.why.empty())
+      row.notes.push_back(known->second.why);
     row.volume = 1e-9 * weighed->volume.all[label] * labels.grid.voxel_volume();
     row.inertial = to_inertial(weighed->mass[label], labels.grid, weighed->sampling);
     if (there) row.frame = segment_frame(row.part, landmarks, row.inertial, options.cuts);
@@ -164,8 +167,9 @@ Result<InertiaTable> measure(const GreyVolume& volume, LabelMap labels, const La
       if (options.frames == "isb")
         if (const auto missing = lay_isb_frame(*row.frame, row.part, landmarks); !missing.empty())
           row.notes.push_back("no ISB frame, because a landmark is missing: " + missing);
-      const std::string told = row.notes.empty() ? "" : row.notes.front();
-      for (auto& note : endpoint_notes(*row.frame, row.part, landmarks, told)) row.notes.push_back(note);
+      const std::string first_note = row.notes.empty() ? "" : row.notes.front();
+      for (auto& note : endpoint_notes(*row.frame, row.part, landmarks, first_note))
+        row.notes.push_back(note);
     }
     rows.push_back(std::move(row));
   }

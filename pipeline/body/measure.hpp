@@ -43,15 +43,15 @@ inline const std::vector<std::string> cut_names{"deleva1996", "dempster",   "bon
                                                 "zatsiorsky", "mcconville", "other"};
 
 /// How much of a part the scan holds, with the reason if it is cut, and how its bounds were found.
-struct PartHeld {
-  Completeness held = Completeness::whole;
+struct PartState {
+  Completeness completeness = Completeness::whole;
   /// "reaches the scan's edge", "holds hand too: no wrist was found", "omphalion placed by proportion" ...
   std::string why;
   std::string
       doubt;  ///< what else a reader of its row must know; of an absent part too, which is judged anew
 };
 /// By the part's name.
-using PartCompleteness = std::map<std::string, PartHeld, std::less<>>;
+using PartCompleteness = std::map<std::string, PartState, std::less<>>;
 
 /// Completeness of the parts as our segmentation found them, with its notes.
 PartCompleteness completeness_of(const std::array<PartFinding, parts.size()>& findings);

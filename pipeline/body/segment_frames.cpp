@@ -7,6 +7,7 @@
 #include <string>
 
 #include "segmentation/vocabulary/cuts.hpp"
+#include "segmentation/vocabulary/part_words.hpp"
 
 namespace borelli {
 namespace {
@@ -117,7 +118,7 @@ void lay_foot(SegmentFrame& frame, const Vector3d& X, const Points& points) {
   const Vector3d Y = square_to(top && back ? Vector3d(*top - *back) : points.up(), X);
   frame.R_WA = axes_of(X, Y);
   frame.axes = top ? "X from heel to toe, Y up to the ankle"
-                   : "X from heel to toe, Y the trunk's up because the ankle is missing";
+                   : "X from heel to toe, Y up along the trunk, because the ankle is missing";
 }
 
 void lay_limb(SegmentFrame& frame, const Vector3d& Y, const Points& points, const SegmentPlan& plan) {
@@ -126,12 +127,12 @@ void lay_limb(SegmentFrame& frame, const Vector3d& Y, const Points& points, cons
     right = points.rightwards(line);
     if (!right) continue;
     frame.axes = line == "malleolus"
-                     ? "Y along the joint centres, Z over the malleoli"
+                     ? "Y along the joint centres, Z through the malleoli"
                      : fmt::format("Y along the joint centres, Z along the {}'s epicondyles", line);
     break;
   }
   if (!right)
-    frame.axes = "Y along the joint centres, Z the trunk's right because the epicondyles are missing";
+    frame.axes = "Y along the joint centres, Z to the trunk's right, because the epicondyles are missing";
   const Vector3d X = Y.cross(right.value_or(points.right())).normalized();
   frame.R_WA = axes_of(X, Y);
 }
@@ -140,7 +141,7 @@ void lay_limb(SegmentFrame& frame, const Vector3d& Y, const Points& points, cons
 bool lay_axes(SegmentFrame& frame, const Points& points, const SegmentPlan& plan, const Inertial& inertial) {
   if (plan.y[0].landmark.empty()) {
     frame.R_WA = axes_of(points.front(), points.up());
-    frame.axes = points.trunk_known() ? std::string("the trunk's") : std::string(patients_axes);
+    frame.axes = points.trunk_known() ? std::string("the trunk's axes") : std::string(patients_axes);
     frame.long_axis = -points.up();
     return true;
   }
@@ -154,7 +155,7 @@ bool lay_axes(SegmentFrame& frame, const Points& points, const SegmentPlan& plan
     lay_hand(frame, direction, points, inertial);
   } else if (plan.segment == "head") {
     frame.R_WA = axes_of(direction.cross(points.right()).normalized(), direction);
-    frame.axes = "Y from neck to vertex, Z the trunk's right";
+    frame.axes = "Y from neck to vertex, Z to the trunk's right";
   } else {
     lay_limb(frame, direction, points, plan);
   }
@@ -197,7 +198,7 @@ std::optional<SegmentFrame> segment_frame(std::string_view part, const Landmarks
 }
 
 std::vector<std::string> endpoint_notes(const SegmentFrame& frame, std::string_view part,
-                                        const Landmarks& landmarks, std::string_view told) {
+                                        const Landmarks& landmarks, std::string_view known) {
   std::vector<std::string> notes;
   const Points points(landmarks, part);
   const SegmentPlan* plan = plan_of(part);
@@ -208,7 +209,7 @@ std::vector<std::string> endpoint_notes(const SegmentFrame& frame, std::string_v
       const std::string name = points.name(end.landmark);
       const auto it = landmarks.find(name);
       if (it != landmarks.end() && it->second.source.find("proportion") != std::string::npos &&
-          told.find(name + " placed by proportion") == std::string_view::npos)
+          known.find(in_words(name) + " placed by proportion") == std::string_view::npos)
         notes.push_back(fmt::format("{} is not visible; it was placed by proportion", end.name));
     }
     break;

@@ -42,8 +42,8 @@ std::optional<SegmentFrame> segment_frame(std::string_view part, const Landmarks
                                           const Inertial& inertial, std::string_view cuts = "deleva1996");
 
 /// What a reader should know of the endpoints, e.g. that one was placed by proportion. Leaves out what the
-/// segmentation already `told` ("omphalion placed by proportion").
+/// segmentation already told (`known`) ("omphalion placed by proportion").
 std::vector<std::string> endpoint_notes(const SegmentFrame& frame, std::string_view part,
-                                        const Landmarks& landmarks, std::string_view told = {});
+                                        const Landmarks& landmarks, std::string_view known = {});
 
 }  // namespace borelli

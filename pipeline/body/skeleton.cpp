@@ -344,7 +344,7 @@ Result<Skeleton> Builder::build() {
         " It leaps, somersaults backwards and\nlands; there is no contact. Springs pull each passive joint "
         "towards a tuck, and away from the\nends of its ranges.";
   for (const std::string& part : options_.absent)
-    scene.description += (&part == &options_.absent.front() ? "\nAbsent as told: " : ", ") + part +
+    scene.description += (&part == &options_.absent.front() ? "\nStated as absent: " : ", ") + part +
                          (&part == &options_.absent.back() ? "." : "");
   for (const auto& [name, inertial] : present_) {
     if (!is_segment(name)) return bad_use(name, "is not a part of the body");
@@ -393,11 +393,11 @@ PartInertials movable_parts(const InertiaTable& table, std::vector<Warning>& war
   return present;
 }
 
-std::vector<std::string> told_absent(const InertiaTable& table) {
+std::vector<std::string> stated_absent(const InertiaTable& table) {
   std::vector<std::string> absent;
   for (const InertiaRow& row : table.rows)
     if (row.completeness == Completeness::absent &&
-        std::ranges::find(row.notes, absent_as_told) != row.notes.end())
+        std::ranges::find(row.notes, stated_as_absent) != row.notes.end())
       absent.push_back(row.part);
   return absent;
 }

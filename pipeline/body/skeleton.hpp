@@ -80,7 +80,7 @@ SkeletonNames skeleton_names(const std::vector<std::string>& segments);
 PartInertials movable_parts(const InertiaTable& table, std::vector<Warning>& warnings);
 
 /// The table's parts that the user named as absent (segmentation/vocabulary/absent_parts.hpp).
-std::vector<std::string> told_absent(const InertiaTable& table);
+std::vector<std::string> stated_absent(const InertiaTable& table);
 
 /// X_WS of every part's frame in the pose of the scan, in which its mesh is given.
 std::map<std::string, Pose, std::less<>> scan_poses(const PartInertials& parts, const Landmarks& landmarks);

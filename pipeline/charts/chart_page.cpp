@@ -53,17 +53,17 @@ std::string page_table(std::string_view caption, const std::vector<PageColumn>& 
   std::string out = "<div class=\"scroll\" tabindex=\"0\"><table class=\"numbers\">";
   if (!caption.empty()) out += fmt::format("<caption>{}</caption>", caption);
   out += "<thead><tr>";
-  const auto look = [&](std::size_t column) {
-    using enum PageColumn::Look;
-    const PageColumn::Look it = columns[column].look;
+  const auto class_of = [&](std::size_t column) {
+    using enum PageColumn::Kind;
+    const PageColumn::Kind it = columns[column].kind;
     return it == number ? " class=\"number\"" : it == words ? " class=\"words\"" : "";
   };
   for (std::size_t i = 0; i < columns.size(); ++i)
-    out += fmt::format("<th scope=\"col\"{}>{}</th>", look(i), columns[i].title);
+    out += fmt::format("<th scope=\"col\"{}>{}</th>", class_of(i), columns[i].title);
   out += "</tr></thead>\n<tbody>\n";
   for (const auto& row : rows) {
     out += fmt::format("<tr><th scope=\"row\">{}</th>", row.front());
-    for (std::size_t i = 1; i < row.size(); ++i) out += fmt::format("<td{}>{}</td>", look(i), row[i]);
+    for (std::size_t i = 1; i < row.size(); ++i) out += fmt::format("<td{}>{}</td>", class_of(i), row[i]);
     out += "</tr>\n";
   }
   return out + "</tbody></table></div>\n";

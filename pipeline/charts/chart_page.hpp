@@ -31,7 +31,7 @@ std::string chart_page(const ChartPage& page);
 
 struct PageColumn {
   std::string title;                                          ///< HTML
-  enum class Look { name, number, words } look = Look::name;  ///< words: sentences, which are wrapped
+  enum class Kind { name, number, words } kind = Kind::name;  ///< words: sentences, which are wrapped
 };
 
 /// A table that scrolls within itself. Its cells are HTML; the first of a row heads it. `caption`: HTML, may

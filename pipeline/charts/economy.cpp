@@ -73,14 +73,14 @@ struct OnlyNames {
   const std::set<std::string>& locked;
   bool any = false, others = false;
 
-  void look(const std::string& name) {
+  void note(const std::string& name) {
     any = true;
     others = others || !locked.contains(name);
   }
-  void operator()(std::string_view, const CoordinateName& field) { look(field.coordinate); }
-  void operator()(std::string_view, const AnyCoordinate& field) { look(field.coordinate); }
+  void operator()(std::string_view, const CoordinateName& field) { note(field.coordinate); }
+  void operator()(std::string_view, const AnyCoordinate& field) { note(field.coordinate); }
   void operator()(std::string_view, const std::vector<CoordinateName>& field) {
-    for (const CoordinateName& one : field) look(one.coordinate);
+    for (const CoordinateName& one : field) note(one.coordinate);
   }
   void operator()(std::string_view, const SolidPoint&) { others = true; }
   void operator()(std::string_view, const SolidName&) { others = true; }

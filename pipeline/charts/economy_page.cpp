@@ -115,18 +115,18 @@ std::string economy_page(const Economy& economy, const std::vector<std::string>&
   page.body = "<section><h2>Models</h2>\n" +
               page_table("",
                          {{"change"},
-                          {"error", PageColumn::Look::number},
-                          {"worst in", PageColumn::Look::words},
-                          {"coordinates", PageColumn::Look::number},
-                          {"bodies", PageColumn::Look::number},
-                          {"time (ms)", PageColumn::Look::number},
-                          {"evaluations", PageColumn::Look::number},
-                          {"each (µs)", PageColumn::Look::number}},
+                          {"error", PageColumn::Kind::number},
+                          {"worst in", PageColumn::Kind::words},
+                          {"coordinates", PageColumn::Kind::number},
+                          {"bodies", PageColumn::Kind::number},
+                          {"time (ms)", PageColumn::Kind::number},
+                          {"evaluations", PageColumn::Kind::number},
+                          {"each (µs)", PageColumn::Kind::number}},
                          models) +
               "</section>\n";
   if (!kept.empty())
     page.body += "<section><h2>What stays free</h2>\n" +
-                 page_table("", {{"locking"}, {"error", PageColumn::Look::words}}, kept) + "</section>\n";
+                 page_table("", {{"locking"}, {"error", PageColumn::Kind::words}}, kept) + "</section>\n";
   return chart_page(page);
 }
 

@@ -179,10 +179,10 @@ std::string long_runs_page(const LongRuns& runs, const std::vector<std::string>&
       page_table("",
                  {{"method"},
                   {"energy"},
-                  {"drift (1/s)", PageColumn::Look::number},
-                  {"swing", PageColumn::Look::number},
-                  {"evaluations", PageColumn::Look::number},
-                  {"why not", PageColumn::Look::words}},
+                  {"drift (1/s)", PageColumn::Kind::number},
+                  {"swing", PageColumn::Kind::number},
+                  {"evaluations", PageColumn::Kind::number},
+                  {"why not", PageColumn::Kind::words}},
                  rows) +
       "<p>Drift: from the mean of the run's first quarter to that of its last quarter. Swing: "
       "largest minus least value within the first quarter. An error accumulates (gains, loses) if the drift "

@@ -9,8 +9,8 @@
 #include <nlohmann/json.hpp>
 
 #include "pipeline/charts/page_frame.hpp"
-#include "pipeline/charts/plot_look.hpp"
 #include "pipeline/charts/plot_scale.hpp"
+#include "pipeline/charts/plot_style.hpp"
 
 namespace borelli {
 namespace {
@@ -48,9 +48,9 @@ json axis_json(const Axis& axis, const PlotScale& scale) {
   return made;
 }
 
-json curve_json(const Curve& curve, const CurveLook& look, bool shown, PageTips& tips) {
-  json made{{"name", curve.name}, {"x", json::array()},  {"y", json::array()}, {"colour", look.colour},
-            {"dash", look.dash},  {"shape", look.shape}, {"shown", shown}};
+json curve_json(const Curve& curve, const CurveStyle& style, bool shown, PageTips& tips) {
+  json made{{"name", curve.name}, {"x", json::array()},   {"y", json::array()}, {"colour", style.colour},
+            {"dash", style.dash}, {"shape", style.shape}, {"shown", shown}};
   if (curve.marks) made["marks"] = true;
   if (curve.broad) made["broad"] = true;
   for (std::size_t i = 0; i < std::min(curve.x.size(), curve.y.size()); ++i) {
@@ -71,9 +71,9 @@ json plot_json(Plot plot, PageTips& tips) {
             {"curves", json::array()},
             {"notes", plot.notes}};
   for (Curve& curve : plot.curves) curve.faint = false;  // one that is asked for has a colour
-  const std::vector<CurveLook> looks = curve_looks(plot);
+  const std::vector<CurveStyle> styles = curve_styles(plot);
   for (std::size_t i = 0; i < plot.curves.size(); ++i)
-    made["curves"].push_back(curve_json(plot.curves[i], looks[i], shown[i], tips));
+    made["curves"].push_back(curve_json(plot.curves[i], styles[i], shown[i], tips));
   for (const EdgeMark& mark : plot.edge)
     made["edge"].push_back(
         {{"x", drawn_number(mark.x)}, {"curve", mark.curve}, {"tip", tips.index(mark.tip)}});

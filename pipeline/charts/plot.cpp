@@ -12,8 +12,8 @@
 
 #include "error/plain_cell.hpp"
 #include "inertia/csv.hpp"
-#include "pipeline/charts/plot_look.hpp"
 #include "pipeline/charts/plot_scale.hpp"
+#include "pipeline/charts/plot_style.hpp"
 
 namespace borelli {
 namespace {
@@ -125,16 +125,17 @@ void draw_axes(std::string& out, const Plot& plot, const PlotScale& x, const Plo
 }
 
 // A dot, square or triangle of equal visual weight.
-std::string mark(double x, double y, const CurveLook& look, bool hollow) {
-  const std::string paint = fmt::format("stroke='{}' fill='{}'", look.colour, hollow ? "#fff" : look.colour);
-  if (look.shape == 0) return fmt::format("<circle cx='{:.2f}' cy='{:.2f}' r='3.2' {}", x, y, paint);
-  if (look.shape == 1)
+std::string mark(double x, double y, const CurveStyle& style, bool hollow) {
+  const std::string paint =
+      fmt::format("stroke='{}' fill='{}'", style.colour, hollow ? "#fff" : style.colour);
+  if (style.shape == 0) return fmt::format("<circle cx='{:.2f}' cy='{:.2f}' r='3.2' {}", x, y, paint);
+  if (style.shape == 1)
     return fmt::format("<rect x='{:.2f}' y='{:.2f}' width='6' height='6' {}", x - 3, y - 3, paint);
   return fmt::format("<path d='M{:.2f} {:.2f}l3.8 6.6h-7.6z' {}", x, y - 4.2, paint);
 }
 
-std::string_view mark_element(const CurveLook& look) {
-  return look.shape == 0 ? "circle" : look.shape == 1 ? "rect" : "path";
+std::string_view mark_element(const CurveStyle& style) {
+  return style.shape == 0 ? "circle" : style.shape == 1 ? "rect" : "path";
 }
 
 // Completes an element, with its tip.
@@ -159,7 +160,7 @@ void draw_halo(std::string& out, const Curve& curve, const PlotScale& x, const P
   out += "</g>\n";
 }
 
-void draw_curve(std::string& out, const Curve& curve, const CurveLook& look, const PlotScale& x,
+void draw_curve(std::string& out, const Curve& curve, const CurveStyle& style, const PlotScale& x,
                 const PlotScale& y, double top) {
   out += fmt::format("<g data-curve='{}'>\n", escaped(curve.name));
   for (const auto& piece : pieces(curve, x, y, top)) {
@@ -167,14 +168,14 @@ void draw_curve(std::string& out, const Curve& curve, const CurveLook& look, con
                        curve.faint   ? "faint"
                        : curve.broad ? "broad"
                                      : "curve",
-                       look.colour, look.dash, points_of(piece));
+                       style.colour, style.dash, points_of(piece));
   }
   for (std::size_t i = 0; curve.marks && i < std::min(curve.x.size(), curve.y.size()); ++i) {
     const double u = x.at(curve.x[i]), v = y.at(curve.y[i]);
     if (!std::isfinite(u) || !std::isfinite(v)) continue;
-    out += closed(mark(left + u * (width - left - right), top + (1 - v) * plot_height, look,
+    out += closed(mark(left + u * (width - left - right), top + (1 - v) * plot_height, style,
                        i < curve.hollow.size() && curve.hollow[i]),
-                  mark_element(look), i < curve.tips.size() ? curve.tips[i] : "");
+                  mark_element(style), i < curve.tips.size() ? curve.tips[i] : "");
   }
   out += "</g>\n";
 }
@@ -307,15 +308,15 @@ double draw_legend(std::string& out, const Plot& plot, double top, std::size_t f
         escaped(plot.kinds[kind]), u, v - 10, paint_of(kind, frame), u + 24, v);
     u += wide;
   }
-  const std::vector<CurveLook> looks = curve_looks(plot);
+  const std::vector<CurveStyle> styles = curve_styles(plot);
   for (std::size_t i = 0; i < plot.curves.size(); ++i) {
     const Curve& curve = plot.curves[i];
     if (curve.faint) continue;
     const double wide = place(curve.name, 34);
     out += fmt::format(
         "<g data-names='{}'><path class='{}' stroke='{}' stroke-dasharray='{}' d='M{:.2f} {:.2f}h28'/>\n",
-        escaped(curve.name), curve.broad ? "broad" : "curve", looks[i].colour, looks[i].dash, u, v - 4);
-    if (curve.marks) out += mark(u + 14, v - 4, looks[i], false) + "/>\n";
+        escaped(curve.name), curve.broad ? "broad" : "curve", styles[i].colour, styles[i].dash, u, v - 4);
+    if (curve.marks) out += mark(u + 14, v - 4, styles[i], false) + "/>\n";
     out += fmt::format("<text x='{:.2f}' y='{:.2f}'>{}</text></g>\n", u + 34, v, escaped(curve.name));
     u += wide;
   }
@@ -376,13 +377,14 @@ std::string svg(const Plot& plot) {
       fmt::format("<clipPath id='frame{:x}'><rect x='{}' y='{:.2f}' width='{}' height='{}'/></clipPath>\n",
                   frame, left, top, width - left - right, plot_height);
   body += fmt::format("<g clip-path='url(#frame{:x})'>\n", frame);
-  const std::vector<CurveLook> looks = curve_looks(plot);
+  const std::vector<CurveStyle> styles = curve_styles(plot);
   for (std::size_t i = 0; i < plot.curves.size(); ++i)
-    if (plot.curves[i].faint || plot.curves[i].broad) draw_curve(body, plot.curves[i], looks[i], x, y, top);
+    if (plot.curves[i].faint || plot.curves[i].broad) draw_curve(body, plot.curves[i], styles[i], x, y, top);
   for (const Curve& curve : plot.curves)
     if (!plot.tiles.empty()) draw_halo(body, curve, x, y, top);
   for (std::size_t i = 0; i < plot.curves.size(); ++i)
-    if (!plot.curves[i].faint && !plot.curves[i].broad) draw_curve(body, plot.curves[i], looks[i], x, y, top);
+    if (!plot.curves[i].faint && !plot.curves[i].broad)
+      draw_curve(body, plot.curves[i], styles[i], x, y, top);
   draw_numbers(body, plot, x, y, top);
   draw_edge(body, plot.edge, x, top);
   body += "</g>\n";

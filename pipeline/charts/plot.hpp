@@ -1,5 +1,5 @@
 // Line plots as SVG for a page or a paper, and their data as CSV. Each colour has its own dash pattern for
-// grey print (plot_look.hpp).
+// grey print (plot_style.hpp).
 #pragma once
 
 #include <optional>

@@ -60,7 +60,7 @@ class Search {
   }
 
   FoundReference run() {
-    look();
+    search();
     if (asked_.anew) lay_outputs_anew();
     found_.end_time = how_.end_time;
     found_.output_interval = how_.output_interval;
@@ -168,7 +168,7 @@ class Search {
     return best;
   }
 
-  void look() {
+  void search() {
     // unlike one-step methods of high order; implicit ones if these fail
     const char* stiff = system_.rows > 0 ? "arkode" : "cvode";
     const char* unlike = system_.rows > 0 ? "gauss6" : "arkode";
@@ -236,7 +236,7 @@ class Search {
       found_.motion.reset();
       made_.clear(), fails_.clear(), parted_.clear(), why_not_.clear();
       stiff_ = stay_though_stiff_ = false;
-      look();
+      search();
       if (found_.reference.found)
         found_.reference.words += fmt::format(
             " Over the requested {:.4g} s they diverge too early{}, so the runs are compared at {} times up "

@@ -24,7 +24,7 @@ class Mapping {
   Mapping(StabilityMap& map, const StabilitySettings& settings, const StabilityObserver& observer)
       : map_(map), settings_(settings), observer_(observer) {}
 
-  void run() {
+  Result<void> run() {
     const std::size_t columns = map_.sweep.scenes.size(), methods = map_.methods.size();
     std::vector<Result<System>> systems;
     std::vector<std::optional<SmallDeviations>> deviations;
@@ -43,8 +43,9 @@ class Mapping {
         if (deviations[c] && settings_constraints(systems[c]) == ConstraintTreatment::projection)
           map_.limits.back().linear = linear_limit(map_.methods[m], *deviations[c]);
         observer_.progress(double(m * columns + c + 1) / double(methods * columns));
-        observer_.column_ends(map_);
+        if (auto done = observer_.column_ends(map_); !done) return done;
       }
+    return {};
   }
 
  private:
@@ -162,10 +163,11 @@ Result<StabilityMap> stability_map(Sweep sweep, const StabilitySettings& setting
                                               ladder->values.front()));
   if (settings.lengths.least < 8 || settings.lengths.most < settings.lengths.least ||
       !(settings.refinement > 1))
-    return bad_use("stability", fmt::format("runs are limited to {} to {} steps; expected a least number of "
-                                            "8 or more, and a largest number no smaller",
-                                            settings.lengths.least, settings.lengths.most));
-  Mapping(map, settings, observer).run();
+    return bad_use("stability",
+                   fmt::format("runs take {} to {} steps; expected a smallest number of at least "
+                               "8 and a largest number of at least the smallest",
+                               settings.lengths.least, settings.lengths.most));
+  if (auto done = Mapping(map, settings, observer).run(); !done) return tl::unexpected(done.error());
   return map;
 }
 

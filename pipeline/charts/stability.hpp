@@ -75,7 +75,10 @@ struct StabilityObserver {
   std::function<void(double)> progress = [](double) {};  ///< share done, 0 to 1
   std::vector<StabilityCell> known_cells = {};
   std::vector<StabilityLimit> known_limits = {};  ///< of whole columns
-  std::function<void(const StabilityMap&)> column_ends = [](const StabilityMap&) {};
+  /// An error that it returns ends the map.
+  std::function<Result<void>(const StabilityMap&)> column_ends = [](const StabilityMap&) {
+    return Result<void>();
+  };
 };
 
 /// Runs everything that is not known yet. Errors: a setting makes no sense, or no scene of the sweep can be

@@ -268,11 +268,11 @@ std::string limits_table(const StabilityMap& map) {
   return page_table("Steps in s, tolerances of adaptive methods",
                     {{"method"},
                      {html_text(column_label(map.sweep))},
-                     {"stable up to", PageColumn::Look::number},
-                     {"linear", PageColumn::Look::number},
-                     {"trusted up to", PageColumn::Look::number},
+                     {"stable up to", PageColumn::Kind::number},
+                     {"linear", PageColumn::Kind::number},
+                     {"trusted up to", PageColumn::Kind::number},
                      {"first failure beyond"},
-                     {"its reason", PageColumn::Look::words}},
+                     {"its reason", PageColumn::Kind::words}},
                     rows);
 }
 

@@ -39,7 +39,7 @@ std::string reference_words(const VolumeEconomy& economy) {
   for (std::size_t c = 0; c < std::size(parts_choices); ++c)
     out += fmt::format("{} {} ({} parts)", c > 0 ? "," : "", percent_or_none(economy.doubt(c)),
                        parts_choices[c].count);
-  return out + ", and smaller figures mean nothing";
+  return out + ", so smaller errors are not significant";
 }
 
 /// The entry with the largest error.
@@ -189,11 +189,11 @@ std::string volume_economy_page(const VolumeEconomy& economy, const std::string&
               page_table("Largest error of an entry of the table, by its number of parts",
                          {{"what"},
                           {"size"},
-                          {"time (s)", PageColumn::Look::number},
-                          {"16 parts", PageColumn::Look::number},
-                          {"14 parts", PageColumn::Look::number},
-                          {"6 parts", PageColumn::Look::number},
-                          {"worst of 16", PageColumn::Look::words}},
+                          {"time (s)", PageColumn::Kind::number},
+                          {"16 parts", PageColumn::Kind::number},
+                          {"14 parts", PageColumn::Kind::number},
+                          {"6 parts", PageColumn::Kind::number},
+                          {"worst of 16", PageColumn::Kind::words}},
                          rows) +
               "</section>\n";
   return chart_page(page);

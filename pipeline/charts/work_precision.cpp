@@ -59,7 +59,7 @@ class Chart {
     how_.verify = false;
   }
 
-  WorkPrecision run() {
+  Result<WorkPrecision> run() {
     chart_.scene = system_.scene;
     chart_.has_constraints = system_.rows > 0;
     chart_.has_impacts = !system_.contacts.empty();
@@ -95,7 +95,7 @@ class Chart {
     first_other_ = chart_.variants.size();
     for (const OtherMethod& other : others_)
       chart_.variants.push_back({.method = other.name, .adaptive = other.adaptive, .other = true});
-    climb_all();
+    if (auto done = climb_all(); !done) return tl::unexpected(done.error());
     return std::move(chart_);
   }
 
@@ -303,7 +303,7 @@ class Chart {
     bool ended = false;
   };
 
-  void climb_all() {
+  Result<void> climb_all() {
     ladders_.resize(chart_.variants.size());
     constexpr double shares[] = {0.04, 0.2, 1};
     const std::size_t n = ladders_.size();
@@ -317,10 +317,12 @@ class Chart {
         chart_.points.clear();
         for (const Ladder& each : ladders_)
           chart_.points.insert(chart_.points.end(), each.points.begin(), each.points.end());
-        observer_.ladder_ends(chart_.points);
+        if (auto done = observer_.ladder_ends(chart_.points); !done) return done;
       }
-      if (shares[round] < 1) observer_.round_ends(chart_);
+      if (shares[round] < 1)
+        if (auto done = observer_.round_ends(chart_); !done) return done;
     }
+    return {};
   }
 
   /// A run of an interrupted chart, or a new one.

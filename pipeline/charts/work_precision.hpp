@@ -125,21 +125,24 @@ std::string name_of(const Variant& variant);
 /// Meaning of the setting: "step" (s), "tolerance" or, for automatic, "accuracy".
 std::string_view setting_name(const Variant& variant);
 
-/// Earlier results of an interrupted run, and callbacks with the results so far.
+/// Earlier results of an interrupted run, and callbacks with the results so far. An error that a callback
+/// returns ends the chart.
 struct WorkPrecisionObserver {
   std::function<void(const std::string& what, double fraction)> progress = [](const std::string&, double) {};
   std::vector<WorkPrecisionPoint> known = {};  ///< runs that need not be made again
   /// Called after each ladder with its points, so that an interrupted run can be resumed.
-  std::function<void(const std::vector<WorkPrecisionPoint>&)> ladder_ends =
-      [](const std::vector<WorkPrecisionPoint>&) {};
+  std::function<Result<void>(const std::vector<WorkPrecisionPoint>&)> ladder_ends =
+      [](const std::vector<WorkPrecisionPoint>&) { return Result<void>(); };
   /// Called after all ladders were climbed within a share of the budget, except the last share. The chart is
   /// complete but coarse; finer ones follow.
-  std::function<void(const WorkPrecision&)> round_ends = [](const WorkPrecision&) {};
+  std::function<Result<void>(const WorkPrecision&)> round_ends = [](const WorkPrecision&) {
+    return Result<void>();
+  };
 };
 
 /// Runs the scene through all variants and through `others`. Errors: the scene does not compile, a setting
-/// makes no sense, or a given reference has no row at an output time. A run that fails becomes a point with
-/// its reason.
+/// makes no sense, a given reference has no row at an output time, or a callback returns an error. A run that
+/// fails becomes a point with its reason.
 Result<WorkPrecision> work_precision(const Scene& scene, const WorkPrecisionSettings& settings,
                                      const WorkPrecisionObserver& observer = {},
                                      const std::vector<OtherMethod>& others = {});

@@ -329,9 +329,9 @@ std::string recommended_table(const WorkPrecision& chart) {
                     {{"for an error of"},
                      {"method"},
                      {"at"},
-                     {"time (ms)", PageColumn::Look::number},
-                     {"evaluations", PageColumn::Look::number},
-                     {"its error", PageColumn::Look::number}},
+                     {"time (ms)", PageColumn::Kind::number},
+                     {"evaluations", PageColumn::Kind::number},
+                     {"its error", PageColumn::Kind::number}},
                     rows) +
          fmt::format(
              "<p>The fastest trusted run of those made; {}. Each method was run from coarse to fine "
@@ -347,14 +347,14 @@ std::string recommended_table(const WorkPrecision& chart) {
 std::string runs_table(const WorkPrecision& chart) {
   std::vector<PageColumn> titles{{"method"},
                                  {"at"},
-                                 {"time (ms)", PageColumn::Look::number},
-                                 {"evaluations", PageColumn::Look::number},
+                                 {"time (ms)", PageColumn::Kind::number},
+                                 {"evaluations", PageColumn::Kind::number},
                                  {"trusted"}};
   std::vector<const ErrorMeasure*> measures;
   for (const ErrorMeasure& measure : quantities)
     if (has(chart, measure)) {
       measures.push_back(&measure);
-      titles.push_back({measure.title, PageColumn::Look::number});
+      titles.push_back({measure.title, PageColumn::Kind::number});
     }
   std::vector<std::vector<std::string>> rows;
   for (const WorkPrecisionPoint& p : chart.points) {
@@ -379,7 +379,7 @@ std::string failed_table(const WorkPrecision& chart) {
           {html_text(name_of(chart.variants[p.variant])), setting_words(chart, p), html_text(p.reason)});
   if (rows.empty()) return "";
   return "<section><h2>Runs that did not finish</h2>\n" +
-         page_table("", {{"method"}, {"at"}, {"why", PageColumn::Look::words}}, rows) + "</section>\n";
+         page_table("", {{"method"}, {"at"}, {"why", PageColumn::Kind::words}}, rows) + "</section>\n";
 }
 
 }  // namespace

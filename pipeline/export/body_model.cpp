@@ -56,7 +56,7 @@ std::string deviations_of(const InertiaRow& row, std::initializer_list<std::stri
   return out;
 }
 
-void tell_source(const InertiaSource& source, std::vector<std::string>& lines) {
+void add_source(const InertiaSource& source, std::vector<std::string>& lines) {
   std::string line = "Made by borelli " BORELLI_VERSION;
   if (!source.volume.empty()) line += " from " + source.volume;
   lines.push_back(line);
@@ -68,7 +68,7 @@ void tell_source(const InertiaSource& source, std::vector<std::string>& lines) {
     if (!text->empty()) lines.push_back(fmt::format("{}: {}", what, *text));
 }
 
-void tell_deviations(const InertiaTable& table, std::vector<std::string>& lines) {
+void add_deviations(const InertiaTable& table, std::vector<std::string>& lines) {
   for (const InertiaRow& row : table.rows) {
     const std::string mass = deviations_of(row, {"mass_kg"}),
                       centre = deviations_of(row, {"centre_x_m", "centre_y_m", "centre_z_m"}),
@@ -84,7 +84,7 @@ void tell_deviations(const InertiaTable& table, std::vector<std::string>& lines)
   }
 }
 
-void tell_joints(const PartInertials& present, const Landmarks& landmarks, std::vector<std::string>& lines) {
+void add_joints(const PartInertials& present, const Landmarks& landmarks, std::vector<std::string>& lines) {
   for (const Part& part : parts) {
     const auto joint = landmarks.find(part.joint);
     if (joint == landmarks.end() || !present.contains(part.name)) continue;
@@ -115,9 +115,9 @@ Scene with_landmark_markers(Scene scene, const PartInertials& present, const Lan
 ModelExtras body_extras(const InertiaTable& table, const PartInertials& present, const Landmarks& landmarks,
                         const std::vector<std::filesystem::path>& mesh_files) {
   ModelExtras out;
-  tell_source(table.source, out.comments);
-  tell_deviations(table, out.comments);
-  tell_joints(present, landmarks, out.comments);
+  add_source(table.source, out.comments);
+  add_deviations(table, out.comments);
+  add_joints(present, landmarks, out.comments);
   const auto X_WS = scan_poses(present, landmarks);
   for (const std::filesystem::path& file : mesh_files) {
     const auto found = X_WS.find(file.stem().string());

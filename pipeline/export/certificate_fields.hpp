@@ -6,13 +6,13 @@
 namespace borelli {
 
 /// Whether each file of format version 1 holds a field, or only newer ones.
-enum class Held { always, in_newer_files };
+enum class Presence { always, in_newer_files };
 
-/// Calls visit(name, member, held) for each number and text. A name "work/drives" is the member "drives" of
+/// Calls visit(name, member, presence) for each number and text. A name "work/drives" is the member "drives" of
 /// the object "work" in JSON, and the attribute "work_drives" in HDF5.
 template <class C, class Visit>
 void visit_certificate(C& c, Visit&& visit) {
-  using enum Held;
+  using enum Presence;
   visit("trusted", c.trusted, always);
   visit("reason", c.reason, always);
   visit("reason_time", c.reason_time, always);
@@ -58,11 +58,11 @@ void visit_certificate(C& c, Visit&& visit) {
   visit("stiff_from", c.stiff_from, in_newer_files);
 }
 
-/// Calls visit(name, pointer to member, unit, held) for each column of the certificate's tables. The first
+/// Calls visit(name, pointer to member, unit, presence) for each column of the certificate's tables. The first
 /// column has as many entries as the table has rows.
 template <class Visit>
 void visit_columns(const Conserved* /*row*/, Visit&& visit) {
-  using enum Held;
+  using enum Presence;
   visit("name", &Conserved::name, "", always);
   visit("drift", &Conserved::drift, "as named", always);
   visit("scale", &Conserved::scale, "as named", always);
@@ -71,7 +71,7 @@ void visit_columns(const Conserved* /*row*/, Visit&& visit) {
 
 template <class Visit>
 void visit_columns(const ConstraintResidual* /*row*/, Visit&& visit) {
-  using enum Held;
+  using enum Presence;
   visit("constraint", &ConstraintResidual::constraint, "", always);
   visit("position", &ConstraintResidual::position, "m or rad", always);
   visit("velocity", &ConstraintResidual::velocity, "m/s or rad/s", always);
@@ -83,7 +83,7 @@ void visit_columns(const ConstraintResidual* /*row*/, Visit&& visit) {
 
 template <class Visit>
 void visit_columns(const LoggedEvent* /*row*/, Visit&& visit) {
-  using enum Held;
+  using enum Presence;
   visit("time", &LoggedEvent::time, "s", in_newer_files);
   visit("kind", &LoggedEvent::kind, "", in_newer_files);
   visit("name", &LoggedEvent::name, "", in_newer_files);

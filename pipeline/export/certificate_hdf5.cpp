@@ -17,7 +17,7 @@ std::string attribute_name(std::string name) {
 template <class Row>
 void write_table(Hdf5Writer& file, const std::string& name, const std::vector<Row>& rows) {
   visit_columns(static_cast<const Row*>(nullptr),
-                [&](const char* column, auto field, const char* unit, Held) {
+                [&](const char* column, auto field, const char* unit, Presence) {
                   write_column(file, name + "/" + column, rows, field, unit);
                 });
 }
@@ -26,9 +26,9 @@ template <class Row>
 void read_table(Hdf5Fill& fill, const std::string& name, std::vector<Row>& rows) {
   bool counted = false;
   visit_columns(static_cast<const Row*>(nullptr), [&]<class Field>(const char* column, Field Row::*field,
-                                                                   const char*, Held held) {
+                                                                   const char*, Presence presence) {
     const std::string path = name + "/" + column;
-    if (held == Held::in_newer_files && !fill.holds(path)) return;
+    if (presence == Presence::in_newer_files && !fill.holds(path)) return;
     if (!counted)
       rows.resize(std::is_same_v<Field, std::string> ? fill.texts(path).size() : fill.column(path).size());
     counted = true;
@@ -40,7 +40,7 @@ void read_table(Hdf5Fill& fill, const std::string& name, std::vector<Row>& rows)
 
 void write_certificate(Hdf5Writer& file, const Certificate& certificate) {
   file.group(group);
-  visit_certificate(certificate, [&]<class T>(const char* name, const T& value, Held) {
+  visit_certificate(certificate, [&]<class T>(const char* name, const T& value, Presence) {
     if constexpr (std::is_same_v<T, std::string>)
       file.attribute(group, attribute_name(name), value);
     else
@@ -55,13 +55,13 @@ void write_certificate(Hdf5Writer& file, const Certificate& certificate) {
 }
 
 void read_certificate(Hdf5Fill& fill, Certificate& certificate) {
-  visit_certificate(certificate, [&]<class T>(const char* field, T& value, Held held) {
+  visit_certificate(certificate, [&]<class T>(const char* field, T& value, Presence presence) {
     const std::string name = attribute_name(field);
     if constexpr (std::is_same_v<T, std::string>)
-      value =
-          held == Held::always ? fill.text_attribute(group, name) : fill.text_attribute_if_there(group, name);
+      value = presence == Presence::always ? fill.text_attribute(group, name)
+                                           : fill.text_attribute_if_there(group, name);
     else
-      value = fill.as<T>(name, held == Held::always
+      value = fill.as<T>(name, presence == Presence::always
                                    ? fill.attribute(group, name)
                                    : fill.attribute_if_there(group, name, static_cast<double>(value)));
   });

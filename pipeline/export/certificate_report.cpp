@@ -31,7 +31,8 @@ nlohmann::json table_of(const std::vector<Row>& rows) {
   auto table = nlohmann::json::array();
   for (const Row& row : rows) {
     auto& entry = table.emplace_back();
-    visit_columns(&row, [&](const char* name, auto field, const char*, Held) { entry[name] = row.*field; });
+    visit_columns(&row,
+                  [&](const char* name, auto field, const char*, Presence) { entry[name] = row.*field; });
   }
   return table;
 }
@@ -103,7 +104,7 @@ std::string text_of(const Certificate& c) {
 
 nlohmann::json json_of(const Certificate& c) {
   nlohmann::json out;
-  visit_certificate(c, [&](const std::string& name, const auto& value, Held) {
+  visit_certificate(c, [&](const std::string& name, const auto& value, Presence) {
     out[nlohmann::json::json_pointer("/" + name)] = value;
   });
   out["vouches_for"] = vouches_for(c);

@@ -109,17 +109,17 @@ std::optional<FaceCut> face_cut(const LabelMap& labels, const Landmarks& landmar
   const Vector3d spacing = labels.grid.spacing();
   for (int c = 0; c < 3; ++c)
     step[static_cast<std::size_t>(c)] = std::max<std::int64_t>(1, std::llround(sampling / spacing[c]));
-  const auto look = [&](const Eigen::Matrix3d& axes) {
+  const auto head_along = [&](const Eigen::Matrix3d& axes) {
     std::vector<Vector3d> head;  // along the axes
     each_voxel_of(labels, cut.head, step, [&](std::int64_t i, std::int64_t j, std::int64_t k) {
       head.push_back(axes.transpose() * place_of(labels.grid, i, j, k));
     });
     return head;
   };
-  std::vector<Vector3d> head = look(trunk_axes(landmarks));
+  std::vector<Vector3d> head = head_along(trunk_axes(landmarks));
   if (head.empty()) return std::nullopt;
   cut.axes = facing(trunk_axes(landmarks), head);
-  head = look(cut.axes);
+  head = head_along(cut.axes);
   cut.low = cut.high = head.front();
   Vector3d mean = Vector3d::Zero();
   for (const Vector3d& place : head) {

@@ -242,7 +242,9 @@ Result<std::vector<Mesh>> part_meshes(const LabelMap& labels, const MeshOptions&
   for (std::size_t label = 1; label < boxes.size(); ++label) {
     if (boxes[label].voxels == 0) continue;
     if (label >= labels.names.size() || labels.names[label].empty())
-      return failure("meshes", "label " + std::to_string(label) + " has voxels but no name");
+      return failure("meshes",
+                     "label " + std::to_string(label) +
+                         " has voxels but no name; add it to the label map's file of names (--label-names)");
     present.push_back(static_cast<std::uint8_t>(label));
     all += boxes[label].voxels;
   }
@@ -278,7 +280,7 @@ Result<std::vector<Mesh>> part_meshes(const LabelMap& labels, const MeshOptions&
   } catch (const std::bad_alloc&) {
     return out_of_memory("meshes", "building the triangles (a coarser grid has fewer)");
   }
-  if (stopped) return failure("meshes", "were stopped");
+  if (stopped) return failure("meshes", "stopped on request");
   return meshes;
 }
 

@@ -27,7 +27,7 @@ Result<void> can_draw() {
 
 Result<void> draw_body(const std::string& path, const std::vector<Mesh>& meshes,
                        const PictureOptions& options) {
-  if (flat(meshes)) return failure(path, "cannot show anything: the meshes are empty");
+  if (flat(meshes)) return failure(path, "has nothing to show: the meshes are empty");
   const auto vtk = on_demand<VtkFunctions>();
   if (!vtk) return tl::unexpected(vtk.error());
   std::vector<Colour> colours;

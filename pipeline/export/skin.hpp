@@ -6,8 +6,8 @@
 // left. The rotation is split into twist about the segment's axis and swing (skin_pose.hpp). The swing is
 // spread over a zone around the joint, the twist along the longer of the two segments at the joint.
 //
-// Weights depend on the length of the way through the flesh from the cut between the two parts
-// (skin_weights.hpp). Ways do not cross air nor skin that touches skin, so a hand that lies on the thigh
+// Weights depend on the length of the path through the flesh from the cut between the two parts
+// (skin_weights.hpp). Paths do not cross air nor skin that touches skin, so a hand that lies on the thigh
 // moves with its forearm alone.
 #pragma once
 
@@ -41,7 +41,7 @@ std::vector<SkinJoint> skin_joints(const LabelMap& labels, const Landmarks& land
 struct SkinOptions {
   double tolerance = 0.001;  ///< of the mesh, m: MeshOptions::tolerance
   int helpers = 3;           ///< bones between a part and its parent, for the swing and for the twist
-  double step = 0.004;  ///< of the grid that ways through the flesh follow, m; never finer than the labels
+  double step = 0.004;  ///< of the grid that paths through the flesh follow, m; never finer than the labels
   int threads = 0;      ///< 0: as many as the machine has; the skin does not depend on it
 };
 

@@ -86,7 +86,7 @@ class VoxelWeights {
   VoxelWeights(const Skin& skin, const Volume<std::uint8_t>& coarse, int threads)
       : parts_(skin.parts),
         chains_(chains_of(skin)),
-        ways_(ways_from_cuts(skin.parts, coarse, threads)),
+        paths_(paths_from_cuts(skin.parts, coarse, threads)),
         joints_(skin.parts.size()),
         twister_(skin.parts.size()),
         reach_up_(skin.parts.size(), 0),
@@ -139,20 +139,20 @@ class VoxelWeights {
     return false;
   }
 
-  /// Way from the cut of a joint to a voxel of `part`, m: positive on the side of the joint's part.
-  double signed_way(std::size_t joint, std::size_t part, const Index& at) const {
-    const double way = ways_[joint].length(at[0], at[1], at[2]);
-    return below(part, joint) ? way : -way;
+  /// Length of the path from the cut of a joint to a voxel of `part`, m: positive on the side of the joint's part.
+  double signed_length(std::size_t joint, std::size_t part, const Index& at) const {
+    const double length = paths_[joint].length(at[0], at[1], at[2]);
+    return below(part, joint) ? length : -length;
   }
 
   Star star(std::size_t middle, std::size_t part, const Index& at) const {
     Star out;
     out.middle = middle;
     for (const std::size_t joint : joints_[middle]) {
-      const double way = signed_way(joint, part, at);
-      if (!std::isfinite(way) || out.count == out.joints.size()) continue;
+      const double length = signed_length(joint, part, at);
+      if (!std::isfinite(length) || out.count == out.joints.size()) continue;
       const double up = reach(joint, parent(joint), part, at), down = reach(joint, joint, part, at);
-      const double z = std::clamp((up + way) / (up + down), 0.0, 1.0);
+      const double z = std::clamp((up + length) / (up + down), 0.0, 1.0);
       if (z <= 0 || z >= 1) continue;
       out.joints[out.count] = {joint, joint == middle ? 1 - z : z};
       out.deviation += out.joints[out.count++].second;
@@ -166,8 +166,9 @@ class VoxelWeights {
     double from_own = -1, from_child = -1;  // m, behind the end of the joint's zone
     if (twister_[part])
       for (const std::size_t joint : joints_[part]) {
-        const double way = std::abs(signed_way(joint, part, at));
-        if (std::isfinite(way)) (joint == part ? from_own : from_child) = way - reach(joint, part, part, at);
+        const double length = std::abs(signed_length(joint, part, at));
+        if (std::isfinite(length))
+          (joint == part ? from_own : from_child) = length - reach(joint, part, part, at);
       }
     if (from_own < 0 || from_child < 0) return to.add(part, scale);
     const double all = from_own + from_child;
@@ -186,7 +187,7 @@ class VoxelWeights {
     double least = most;
     for (const std::size_t other : joints_[into]) {
       if ((other == into) == (joint == into)) continue;  // joints to two children overlap
-      const double room = std::abs(signed_way(joint, part, at) - signed_way(other, part, at));
+      const double room = std::abs(signed_length(joint, part, at) - signed_length(other, part, at));
       if (!std::isfinite(room)) continue;
       least = std::min(least, twister_[into] ? 0.75 * most * room / (most + wanted(other, into)) : room);
     }
@@ -197,17 +198,17 @@ class VoxelWeights {
   /// the cut), it reaches only as far as these, and at most 2.5 times as far into the part: a limb whose zone
   /// lies mostly below the joint's centre would bend below the joint.
   void set_reaches(std::size_t joint, const Volume<std::uint8_t>& coarse) {
-    const WaysFromCut& ways = ways_[joint];
+    const PathsFromCut& paths = paths_[joint];
     const auto at_cut = static_cast<float>(0.51e-3 * coarse.grid.axes(0, 0));
     std::vector<double> rooms;
     std::size_t n = 0;
-    for (std::int64_t k = ways.first[2]; k < ways.first[2] + ways.size[2]; ++k)
-      for (std::int64_t j = ways.first[1]; j < ways.first[1] + ways.size[1]; ++j)
-        for (std::int64_t i = ways.first[0]; i < ways.first[0] + ways.size[0]; ++i, ++n) {
-          if (ways.lengths[n] > at_cut || coarse.at(i, j, k) != parent(joint) + 1) continue;
+    for (std::int64_t k = paths.first[2]; k < paths.first[2] + paths.size[2]; ++k)
+      for (std::int64_t j = paths.first[1]; j < paths.first[1] + paths.size[1]; ++j)
+        for (std::int64_t i = paths.first[0]; i < paths.first[0] + paths.size[0]; ++i, ++n) {
+          if (paths.lengths[n] > at_cut || coarse.at(i, j, k) != parent(joint) + 1) continue;
           double room = std::numeric_limits<double>::infinity();
           for (const std::size_t other : joints_[parent(joint)])
-            if (other != joint) room = std::min<double>(room, ways_[other].length(i, j, k));
+            if (other != joint) room = std::min<double>(room, paths_[other].length(i, j, k));
           rooms.push_back(room);
         }
     const double r = parts_[joint].half_thickness;
@@ -222,7 +223,7 @@ class VoxelWeights {
 
   const std::vector<SkinPart>& parts_;
   std::vector<JointChains> chains_;
-  std::vector<WaysFromCut> ways_;
+  std::vector<PathsFromCut> paths_;
   std::vector<std::vector<std::size_t>> joints_;     // of each part: its own and its children's
   std::vector<std::optional<std::size_t>> twister_;  // of each part: the joint that twists it
   std::vector<double> reach_up_, reach_down_;        // of each joint's zone: into parent and part, m

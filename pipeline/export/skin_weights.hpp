@@ -8,7 +8,7 @@
 // of them. A twist along a segment grows between the zones at its two ends.
 //
 // Along a zone weights are linear between the two bones next to a place: the least slope, so the least
-// folding. Distances are lengths of ways through the flesh (segmentation/grid/geodesic.hpp).
+// folding. Distances are lengths of paths through the flesh (segmentation/grid/geodesic.hpp).
 #pragma once
 
 #include "pipeline/export/skin.hpp"

@@ -118,14 +118,14 @@ bool connected(const std::vector<SkinPart>& parts, std::size_t a, std::size_t b)
   return a == b || parts[a].parent == static_cast<int>(b) || parts[b].parent == static_cast<int>(a);
 }
 
-/// Ways from the voxels of the part and of its parent that touch each other, through the parts in `open`.
-WaysFromCut ways_from_cut(std::uint8_t part, std::uint8_t parent, const std::array<bool, 256>& open,
-                          const PartBox& box, const Volume<std::uint8_t>& coarse) {
+/// Paths from the voxels of the part and of its parent that touch each other, through the parts in `open`.
+PathsFromCut paths_from_cut(std::uint8_t part, std::uint8_t parent, const std::array<bool, 256>& open,
+                            const PartBox& box, const Volume<std::uint8_t>& coarse) {
   const Grid grid = cropped(coarse.grid, box);
   const auto at = [&](const Index& i) {
     return coarse.at(box.first[0] + i[0], box.first[1] + i[1], box.first[2] + i[2]);
   };
-  Volume<float> cost{grid, std::vector<float>(grid.count(), no_way)};
+  Volume<float> cost{grid, std::vector<float>(grid.count(), no_path)};
   Volume<std::uint8_t> cut{grid, std::vector<std::uint8_t>(grid.count(), 0)};
   each_voxel(grid, [&](const Index& i, std::size_t n) {
     const std::uint8_t here = at(i);
@@ -140,11 +140,11 @@ WaysFromCut ways_from_cut(std::uint8_t part, std::uint8_t parent, const std::arr
         if (grid.holds(beside[0], beside[1], beside[2]) && at(beside) == other) cut.voxels[n] = 1;
       }
   });
-  const Geodesic ways = geodesic(Places(cost, 1), cut, false);
-  WaysFromCut out{box.first, grid.size, std::vector<float>(grid.count(), no_way)};
+  const Geodesic paths = geodesic(Places(cost, 1), cut, false);
+  PathsFromCut out{box.first, grid.size, std::vector<float>(grid.count(), no_path)};
   const double half_step = grid.axes(0, 0) / 2;  // the cut runs between voxels
   for (std::size_t n = 0; n < grid.count(); ++n)
-    if (ways.owner.voxels[n]) out.lengths[n] = static_cast<float>(1e-3 * (ways.length(n) + half_step));
+    if (paths.owner.voxels[n]) out.lengths[n] = static_cast<float>(1e-3 * (paths.length(n) + half_step));
   return out;
 }
 
@@ -198,13 +198,13 @@ void measure_joints(std::vector<SkinPart>& parts, const std::vector<SkinJoint>& 
   }
 }
 
-std::vector<WaysFromCut> ways_from_cuts(const std::vector<SkinPart>& parts,
-                                        const Volume<std::uint8_t>& coarse, int threads) {
+std::vector<PathsFromCut> paths_from_cuts(const std::vector<SkinPart>& parts,
+                                          const Volume<std::uint8_t>& coarse, int threads) {
   std::vector<PartBox> boxes(parts.size());
   each_voxel(coarse.grid, [&](const Index& i, std::size_t n) {
     if (const std::uint8_t here = coarse.voxels[n]) boxes[here - 1U].add(i);
   });
-  std::vector<WaysFromCut> ways(parts.size());
+  std::vector<PathsFromCut> paths(parts.size());
   in_turns(std::ssize(parts), threads, [&](std::int64_t from, std::int64_t to) {
     for (auto n = static_cast<std::size_t>(from); n < static_cast<std::size_t>(to); ++n) {
       if (!parts[n].has_joint) continue;
@@ -219,11 +219,11 @@ std::vector<WaysFromCut> ways_from_cuts(const std::vector<SkinPart>& parts,
         box.add(boxes[m].last);
       }
       if (!box.empty())
-        ways[n] = ways_from_cut(static_cast<std::uint8_t>(n + 1), static_cast<std::uint8_t>(parent + 1), open,
-                                box, coarse);
+        paths[n] = paths_from_cut(static_cast<std::uint8_t>(n + 1), static_cast<std::uint8_t>(parent + 1),
+                                  open, box, coarse);
     }
   });
-  return ways;
+  return paths;
 }
 
 }  // namespace borelli

@@ -1,4 +1,4 @@
-// Measures a skin's joints in a label map: thickness, axis, ways through the flesh.
+// Measures a skin's joints in a label map: thickness, axis, paths through the flesh.
 #pragma once
 
 #include <array>
@@ -20,11 +20,11 @@ Volume<std::uint8_t> isotropic_parts(const Volume<std::uint8_t>& body, double st
 void measure_joints(std::vector<SkinPart>& parts, const std::vector<SkinJoint>& joints,
                     const Volume<std::uint8_t>& coarse);
 
-/// Length of the shortest way from the cut of a joint to each voxel of its two parts and of the parts that
+/// Length of the shortest path from the cut of a joint to each voxel of its two parts and of the parts that
 /// joints connect to these, within them.
-struct WaysFromCut {
+struct PathsFromCut {
   std::array<std::int64_t, 3> first{0, 0, 0}, size{0, 0, 0};  ///< box within the grid, voxels
-  std::vector<float> lengths;                                 ///< of the box's voxels, m; infinite: no way
+  std::vector<float> lengths;                                 ///< of the box's voxels, m; infinite: no path
 
   float length(std::int64_t i, std::int64_t j, std::int64_t k) const {
     i -= first[0], j -= first[1], k -= first[2];
@@ -35,7 +35,7 @@ struct WaysFromCut {
 };
 
 /// One for each part; empty for a part without a joint. `coarse`: without contacts (skin_contacts.hpp).
-std::vector<WaysFromCut> ways_from_cuts(const std::vector<SkinPart>& parts,
-                                        const Volume<std::uint8_t>& coarse, int threads);
+std::vector<PathsFromCut> paths_from_cuts(const std::vector<SkinPart>& parts,
+                                          const Volume<std::uint8_t>& coarse, int threads);
 
 }  // namespace borelli

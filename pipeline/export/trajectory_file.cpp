@@ -132,7 +132,7 @@ Result<StoredTrajectory> read_hdf5(const Hdf5Reader& file, const std::filesystem
                    "trajectory\"");
   Hdf5Fill fill(file, path);
   if (const double version = fill.attribute("/", "version"); version != 1)
-    fill.complain(fmt::format("is a trajectory of version {}, expected 1", version));
+    fill.complain(fmt::format("is a trajectory of version {}, but this program reads version 1", version));
 
   StoredTrajectory out;
   Trajectory& t = out.trajectory;

@@ -107,11 +107,11 @@ std::optional<Eigen::Vector3d> point_of(const std::string& landmark, const Landm
 }
 
 std::optional<MarkerPlace> place_of(const std::string& name, PointKind kind, const JointMapping& own) {
-  if (const std::string* told = own.find(name)) {
-    if (part_label(*told) > 0) return MarkerPlace{"", *told};
+  if (const std::string* given = own.find(name)) {
+    if (part_label(*given) > 0) return MarkerPlace{"", *given};
     const auto& segments = name_table(PointKind::markers).segment_of_landmark;
-    if (const auto segment = segments.find(*told); segment != segments.end())
-      return MarkerPlace{*told, segment->second};
+    if (const auto segment = segments.find(*given); segment != segments.end())
+      return MarkerPlace{*given, segment->second};
   }
   const auto& names = name_table(kind).by_name;
   const auto found = names.find(plain_name(name));

@@ -80,7 +80,7 @@ MarkerMotion fullest_frame(const MarkerMotion& motion, const BodyMarkers& marker
   return {motion.names, {0}, {motion.frames[best]}, motion.up};
 }
 
-void tell_placement(const CapturedMotion& out, bool other_person, std::vector<std::string>& warnings) {
+void warn_of_placement(const CapturedMotion& out, bool other_person, std::vector<std::string>& warnings) {
   if (out.landmark_distance > far_from_landmarks)
     warnings.push_back(fmt::format(
         "the markers lie {:.0f} mm (rms) from the body's landmarks: {}", 1e3 * out.landmark_distance,
@@ -97,7 +97,7 @@ Result<void> calibrate(CapturedMotion& out) {
   return {};
 }
 
-void tell_errors(CapturedMotion& out) {
+void warn_of_errors(CapturedMotion& out) {
   if (!out.calibrated && out.fit.rms() > large_error)
     out.warnings.push_back(
         fmt::format("the marker errors are {:.0f} mm (rms); the markers may have moved since the standing "
@@ -124,7 +124,7 @@ Result<void> add_loads(CapturedMotion& out, const System& system, const std::vec
 
 /// Warns of ball joints that leave their published ranges by more than 10 degrees, the spread of such ranges
 /// among people.
-void tell_ranges(CapturedMotion& out, const System& system) {
+void warn_of_ranges(CapturedMotion& out, const System& system) {
   constexpr double spread = 10 * std::numbers::pi / 180;
   std::vector<std::string> beyond;
   for (const CoordinateInfo& c : system.coordinates) {
@@ -170,7 +170,7 @@ Result<CapturedMotion> with_efforts(CapturedMotion out, const BodyModel& body,
 
   const auto system = compile(out.scene);
   if (!system) return tl::unexpected(system.error());
-  tell_ranges(out, *system);
+  warn_of_ranges(out, *system);
   start_at(out.scene, *system, out.positions.q.row(0).transpose());
   MotionEffortsRequest asked;
   asked.cutoff = request.cutoff;
@@ -225,7 +225,7 @@ Result<CapturedMotion> captured_motion(const BodyModel& body, const BodyMarkers&
   out.standing = recording.trial.has_value();
   out.landmark_distance = placed->landmark_distance;
   out.warnings.insert(out.warnings.end(), placed->warnings.begin(), placed->warnings.end());
-  tell_placement(out, request.other_person, out.warnings);
+  warn_of_placement(out, request.other_person, out.warnings);
 
   out.scene = std::move(placed->scene);
   if (request.calibrate)
@@ -234,7 +234,7 @@ Result<CapturedMotion> captured_motion(const BodyModel& body, const BodyMarkers&
   if (!fit) return tl::unexpected(fit.error());
   out.fit = std::move(*fit);
   out.warnings.insert(out.warnings.end(), out.fit.warnings.begin(), out.fit.warnings.end());
-  tell_errors(out);
+  warn_of_errors(out);
   out.positions = {out.fit.times, out.fit.q};
   return with_efforts(std::move(out), body, placed->factors, forces, request);
 }

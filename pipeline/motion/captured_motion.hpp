@@ -48,7 +48,7 @@ struct CapturedMotionRequest {
   /// Whether the motion also determines the markers' places on the body (marker_calibration.hpp), not the
   /// trial alone.
   bool calibrate = false;
-  std::optional<double> recorded_mass;  ///< kg, of the other person; empty: as the forces tell
+  std::optional<double> recorded_mass;  ///< kg, of the other person; empty: from the forces
   double cutoff = 6;                    ///< Hz, of the low-pass filter over the positions; 0: none
   std::function<void(double)> progress;
 };

@@ -96,8 +96,8 @@ class Redrawn {
  public:
   Redrawn(const CapturedMotion& motion, const BodySource& source, const EffortBandRequest& request)
       : motion_(motion), source_(source), request_(request) {
-    std::vector<Warning> told_before;
-    present_ = movable_parts(source.table, told_before);
+    std::vector<Warning> known_warnings;
+    present_ = movable_parts(source.table, known_warnings);
     options_.leap.reset();
     for (const auto& [name, inertial] : present_) segments_.push_back(name);
   }

@@ -192,21 +192,21 @@ std::vector<std::string> columns_of(const System& system) {
   return out;
 }
 
-void tell_frames(const System& system, const MotionFit& fit, std::vector<std::string>& warnings) {
+void warn_of_frames(const System& system, const MotionFit& fit, std::vector<std::string>& warnings) {
   std::size_t unfinished = 0;
-  std::vector<int> held(std::size_t(system.nv), 0);
+  std::vector<int> at_end(std::size_t(system.nv), 0);
   for (const MarkerFrame& frame : fit.frames) {
     unfinished += !frame.converged;
-    for (int u : frame.at_range) ++held[std::size_t(u)];
+    for (int u : frame.at_range) ++at_end[std::size_t(u)];
   }
   if (unfinished > 0)
     warnings.push_back(
         fmt::format("the fit did not converge in {} of {} frames; the best positions found were kept",
                     unfinished, fit.frames.size()));
   for (int u = 0; u < system.nv; ++u)
-    if (held[std::size_t(u)] > 0)
+    if (at_end[std::size_t(u)] > 0)
       warnings.push_back(fmt::format("{} is at an end of its range in {} of {} frames",
-                                     system.velocity_name(u), held[std::size_t(u)], fit.frames.size()));
+                                     system.velocity_name(u), at_end[std::size_t(u)], fit.frames.size()));
 }
 
 }  // namespace
@@ -284,7 +284,7 @@ Result<MotionFit> fit_motion(const Scene& scene, const System& system, const Mar
     out.q.row(Eigen::Index(f)) = rows[f].transpose();
     out.errors.row(Eigen::Index(f)) = out.frames[f].errors.transpose();
   }
-  tell_frames(system, out, out.warnings);
+  warn_of_frames(system, out, out.warnings);
   return out;
 }
 

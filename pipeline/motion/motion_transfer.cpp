@@ -172,7 +172,7 @@ Result<void> transfer_motion(CapturedMotion& motion, const BodyModel& body,
   if (!motion.loads.empty())
     motion.warnings.push_back(fmt::format(
         "forces of a person of {:.1f} kg ({}) were scaled to the body's {:.1f} kg, lengths by {:.3f}", mass,
-        request.recorded_mass ? "as told" : "as the forces tell", *body_mass, motion.length_ratio));
+        request.recorded_mass ? "as given" : "from the forces", *body_mass, motion.length_ratio));
   for (ExternalLoad& load : motion.loads) {
     const auto solid = std::ranges::find(sized.solids, load.body, &Solid::name) - sized.solids.begin();
     move_points(load.measured, *sized_system, *from, *system, *to,

@@ -29,7 +29,7 @@ struct SolePoint {
   int foot = -1;           ///< solid
   std::size_t number = 0;  ///< in the foot's list
   Vector3d place;          ///< in the body's foot, m
-  Matrix3Xd way;           ///< #times: world, in the recorded person's size, m
+  Matrix3Xd path;          ///< #times: world, in the recorded person's size, m
   std::vector<char> stands;
   double level = 0;  ///< m, its lowest height in the motion (lowest_of)
   std::vector<double>
@@ -97,7 +97,7 @@ void find_levels(std::vector<SolePoint>& points, const std::vector<std::vector<c
   for (std::size_t k = 0; k < points.size(); ++k) {
     SolePoint& point = points[k];
     const auto lowest_within = [&](std::size_t first, std::size_t end) {
-      const auto heights = point.way.row(2).segment(Eigen::Index(first), Eigen::Index(end - first));
+      const auto heights = point.path.row(2).segment(Eigen::Index(first), Eigen::Index(end - first));
       return lowest_of({heights.begin(), heights.end()});
     };
     point.level = lowest_within(0, loaded[k].size());
@@ -127,10 +127,10 @@ void find_standing(SolePoint& point, const std::vector<double>& times) {
   point.stands.assign(times.size(), false);
   for (Eigen::Index i = 0; i < count; ++i) {
     const Eigen::Index before = std::max<Eigen::Index>(i - 1, 0), after = std::min(i + 1, count - 1);
-    const double speed = (point.way.col(after) - point.way.col(before)).norm() /
+    const double speed = (point.path.col(after) - point.path.col(before)).norm() /
                          (times[std::size_t(after)] - times[std::size_t(before)]);
     point.stands[std::size_t(i)] =
-        point.way(2, i) < point.levels[std::size_t(i)] + near_level && speed < slow;
+        point.path(2, i) < point.levels[std::size_t(i)] + near_level && speed < slow;
   }
   drop_short(point.stands, times, false);  // gaps, then blinks
   drop_short(point.stands, times, true);
@@ -256,14 +256,14 @@ Result<PlantedFeet> planted_positions(const System& sized, const RecordedPositio
                                       const System& body, const FeetOnGround& feet) {
   std::vector<SolePoint> points = sole_points(body, feet.soles);
   const std::size_t count = recorded.times.size();
-  // ways of the sole points in the recorded person's size
+  // paths of the sole points in the recorded person's size
   SolidPoses poses(sized);
   double ground = std::numeric_limits<double>::infinity();
-  for (SolePoint& point : points) point.way.resize(3, Eigen::Index(count));
+  for (SolePoint& point : points) point.path.resize(3, Eigen::Index(count));
   for (std::size_t i = 0; i < count; ++i) {
     poses.update(0, recorded.q.row(Eigen::Index(i)).transpose());
     for (SolePoint& point : points)
-      point.way.col(Eigen::Index(i)) =
+      point.path.col(Eigen::Index(i)) =
           poses.of(point.foot) * Vector3d(feet.factors[std::size_t(point.foot)] * point.place);
   }
   std::vector<std::vector<char>> loaded;

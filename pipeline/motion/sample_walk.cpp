@@ -117,7 +117,7 @@ class WalkMaker {
 
   /// The smooth cycle, #cycle_samples by nq.
   Result<MatrixXd> cycle() {
-    MatrixXd root = root_way(), q(cycle_samples, system_->nq), best;
+    MatrixXd root = root_path(), q(cycle_samples, system_->nq), best;
     double least = std::numeric_limits<double>::infinity();
     for (int round = 0; round < pendulum_rounds; ++round) {
       for (int i = 0; i < cycle_samples; ++i)
@@ -194,7 +194,7 @@ class WalkMaker {
            shank * std::cos(leg.hip - leg.knee);
   }
 
-  MatrixXd root_way() {
+  MatrixXd root_path() {
     MatrixXd pressures(cycle_samples, 2), out(cycle_samples, 3), heights(cycle_samples, 1);
     for (int i = 0; i < cycle_samples; ++i) {
       pressures.row(i) = pressure(double(i) / cycle_samples).transpose();

@@ -179,10 +179,10 @@ class BvhReader {
     if (!joint.channels.empty())
       return words_.refuse(
           fmt::format("gives {} two lists of CHANNELS, expected one", described(open_.back())));
-    const std::string_view told = words_.next();
-    const auto count = integer_number(told);
+    const std::string_view number = words_.next();
+    const auto count = integer_number(number);
     if (!count || *count < 0 || *count > most_joint_channels)
-      return words_.unexpected_word(told,
+      return words_.unexpected_word(number,
                                     fmt::format("a count of channels from 0 to {}", most_joint_channels));
     bool placed[3] = {};
     for (long i = 0; i < *count; ++i) {

@@ -242,8 +242,8 @@ class MotionTableReader {
     out_.table.values = Eigen::Map<const RowMajor>(numbers_.data(), static_cast<Eigen::Index>(count),
                                                    std::ssize(out_.table.columns));
     const bool is_mot = lower_case(file_).ends_with(".mot");
-    const bool told = in_degrees_.value_or(has_version_ ? false : remark_on_degrees_.value_or(is_mot));
-    out_.table.in_degrees = told;
+    const bool in_degrees = in_degrees_.value_or(has_version_ ? false : remark_on_degrees_.value_or(is_mot));
+    out_.table.in_degrees = in_degrees;
     return {};
   }
 

@@ -279,8 +279,10 @@ std::string advice_words(double percent) {
 std::string residual_rows(const json& residuals) {
   if (residuals.empty()) return "";
   std::string table = fmt::format(
-      "<h3>Root residuals</h3>\n<p class=\"quiet\">Forces and moments that the root would need beside the "
-      "measured ones. Hicks et al. (2015, J Biomech Eng 137:020905) advise residual forces below {} % of the "
+      "<h3>Root residuals</h3>\n<p class=\"quiet\">Forces and moments that the root would need in addition "
+      "to "
+      "the measured ones. Hicks et al. (2015, J Biomech Eng 137:020905) advise residual forces below {} % of "
+      "the "
       "peak external force.</p>\n<div class=\"scroll\"><table class=\"numbers residuals\">\n",
       residual_advice);
   table += table_head({"Root coordinate", "RMS", "peak", "of the peak force", "advice"});
@@ -306,7 +308,8 @@ Result<EffortSection> effort_section(const json& efforts) {
       "<section id=\"moments\" aria-labelledby=\"moments-title\">\n<h2 id=\"moments-title\">Joint "
       "moments</h2>\n"
       "<p class=\"quiet\">By inverse dynamics of {}{}. A moment is positive where it turns the joint in the "
-      "named direction. Power is positive where muscles give energy, negative where they take it up.</p>\n",
+      "named direction. Power is positive where muscles generate energy, negative where they absorb "
+      "it.</p>\n",
       html_text(text_of(made.page, "source")),
       mass > 0 ? fmt::format(", body mass {}&nbsp;kg", fixed_text(mass, 1)) : "");
   made.html += peak_table(made.page) + residual_rows(made.page["residuals"]) + "</section>\n";

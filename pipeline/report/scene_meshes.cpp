@@ -88,9 +88,9 @@ Vector3d box_of(double mass, const Vector3d& moments) {
 
 /// Substitute for a solid without a shape: rods to its attachment points, or its inertia box if all of them
 /// are at the origin. `thickness` suits the scene.
-Result<void> stand_in(AddForm add, Mesh& mesh, const Solid& solid, const std::vector<Vector3d>& held,
+Result<void> stand_in(AddForm add, Mesh& mesh, const Solid& solid, const std::vector<Vector3d>& points,
                       double thickness) {
-  for (const Vector3d& point : held) rod(add, mesh, Vector3d::Zero(), point, thickness / 2);
+  for (const Vector3d& point : points) rod(add, mesh, Vector3d::Zero(), point, thickness / 2);
   if (!mesh.triangles.empty()) return {};
   const auto elements = inertials_of(solid);
   if (!elements) return tl::unexpected(elements.error());
@@ -150,10 +150,10 @@ Result<std::vector<Mesh>> scene_meshes(const Scene& scene) {
       add(mesh, {shape.orientation.toRotationMatrix(), shape.position}, shape.form);
     }
     if (solid.shapes.empty()) {
-      const auto held = holds.points.find(solid.name);
+      const auto points = holds.points.find(solid.name);
       if (auto drawn =
-              stand_in(add, mesh, solid, held == holds.points.end() ? std::vector<Vector3d>{} : held->second,
-                       0.03 * size);
+              stand_in(add, mesh, solid,
+                       points == holds.points.end() ? std::vector<Vector3d>{} : points->second, 0.03 * size);
           !drawn)
         return tl::unexpected(drawn.error());
     }

@@ -35,7 +35,7 @@ std::string part_title(std::string name) {
 }
 
 std::string inertia_table(const json& table) {
-  constexpr auto number = PageColumn::Look::number;
+  constexpr auto number = PageColumn::Kind::number;
   std::vector<std::vector<std::string>> rows;
   const auto add = [&](const json& part, const std::string& title) {
     rows.push_back({html_text(title), number_cell(entry_at(part, "/volume_m3"), 3, 1e3),
@@ -49,7 +49,7 @@ std::string inertia_table(const json& table) {
   };
   for (const json& part : entry_at(table, "/parts"))
     if (part.is_object()) add(part, part_title(part.value("part", "")));
-  if (const json body = entry_at(table, "/body"); body.is_object()) add(body, "All together");
+  if (const json body = entry_at(table, "/body"); body.is_object()) add(body, "All parts");
   return "<section><h2>Parts and their inertia</h2>\n" +
          page_table(
              "Gravity centre in the patient frame (x to the left, y to the back, z up); principal moments "

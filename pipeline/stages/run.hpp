@@ -38,7 +38,7 @@ struct CapturedSettings {
       marker_map;  ///< from markers to landmarks or segments (joint_mapping.hpp); empty: by their names
   bool other_person = false;  ///< the recorded person is not the scanned one
   bool calibrate = false;     ///< finds the markers' positions from the motion (marker_calibration.hpp)
-  double recorded_mass = 0;   ///< kg, of the other person; 0: as the forces tell
+  double recorded_mass = 0;   ///< kg, of the other person; 0: from the forces
   double cutoff = 6;          ///< Hz, of the low-pass filter over the joint angles; 0: none
   int band_draws = 24;        ///< for each cause of error (effort_bands.hpp); 0: no error bands
   double bvh_unit = 0;        ///< metres of a BVH file's unit; 0: guessed

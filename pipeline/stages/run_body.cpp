@@ -97,7 +97,7 @@ Result<json> build_scene(RunData& data) {
                      "is an MR volume, in which parts cannot be found without help; labels.nii.gz and "
                      "table.csv hold its tissues; for a moving body give a label map (--labels with "
                      "--label-mapping) or the joint centres (--landmarks)");
-  SkeletonOptions options{data.settings.subject, data.settings.leap, told_absent(**table)};
+  SkeletonOptions options{data.settings.subject, data.settings.leap, stated_absent(**table)};
   if (!data.settings.captured.motion.empty()) options.leap.reset();
   auto skeleton = build_skeleton(present, (*segmentation)->landmarks, options);
   if (!skeleton) return tl::unexpected(skeleton.error());

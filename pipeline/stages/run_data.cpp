@@ -40,14 +40,14 @@ Result<Segmentation> read_back(const fs::path& folder, const std::string& segmen
 }  // namespace
 
 template <class T, class Make>
-Result<const T*> RunData::once(std::optional<T>& held, Make make) {
+Result<const T*> RunData::once(std::optional<T>& stored, Make make) {
   const std::lock_guard lock(mutex_);
-  if (!held) {
+  if (!stored) {
     auto made = make();
     if (!made) return tl::unexpected(made.error());
-    held = std::move(*made);
+    stored = std::move(*made);
   }
-  return &*held;
+  return &*stored;
 }
 
 void RunData::add_reader_warnings(const std::vector<std::string>& warnings) {
@@ -87,9 +87,9 @@ Result<const MrReading*> RunData::mr() {
   return once(mr_, [&]() -> Result<MrReading> {
     const auto scanned = scan();
     if (!scanned) return tl::unexpected(scanned.error());
-    const auto told = classes();
-    if (!told) return tl::unexpected(told.error());
-    return read_mr((*scanned)->volume, *told, settings.threads);
+    const auto given = classes();
+    if (!given) return tl::unexpected(given.error());
+    return read_mr((*scanned)->volume, *given, settings.threads);
   });
 }
 

@@ -78,11 +78,11 @@ class RunData {
 
  private:
   template <class T, class Make>
-  Result<const T*> once(std::optional<T>& held, Make make);
+  Result<const T*> once(std::optional<T>& stored, Make make);
   template <class T>
-  void put(std::optional<T>& held, T made) {
+  void put(std::optional<T>& stored, T made) {
     const std::lock_guard lock(mutex_);
-    held = std::move(made);
+    stored = std::move(made);
   }
 
   std::recursive_mutex mutex_;  // guards all members below; recursive, since one item is made from another

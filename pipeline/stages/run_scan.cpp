@@ -97,14 +97,14 @@ Result<json> segment_scan(RunData& data, const StageProgress& progress) {
   const auto classes = data.classes();
   if (!classes) return tl::unexpected(classes.error());
   options.classes = *classes;
-  Warnings told, of_labels;
+  Warnings of_landmarks, of_labels;
   if (!data.settings.landmarks.empty()) {
     auto given = read_given_landmarks(data.settings.landmarks);
     if (!given) return tl::unexpected(given.error());
     // in MR no landmarks are found, so all given points count, also unchanged ones
     options.given = (*scan)->volume.quantity == Quantity::mr ? given->all() : std::move(given->landmarks);
     data.add_reader_warnings(given->warnings);
-    told = std::move(given->warnings);
+    of_landmarks = std::move(given->warnings);
   }
   if (const auto doubt = doubt_of_frames(data.settings.volume, data.settings.labels); !doubt.empty())
     of_labels.push_back(doubt);
@@ -118,7 +118,7 @@ Result<json> segment_scan(RunData& data, const StageProgress& progress) {
       of_labels.push_back(std::move(said));
   }
   add_reader_warnings((*scan)->warnings, (*scan)->volume.grid, *found);
-  add_warnings(found->warnings, WarningKind::landmark, Severity::note, told);
+  add_warnings(found->warnings, WarningKind::landmark, Severity::note, of_landmarks);
   add_warnings(found->warnings, WarningKind::labels, Severity::doubt, of_labels);
   auto answer = hand_on(data, *found, **scan, pick);
   data.keep(std::move(*found));

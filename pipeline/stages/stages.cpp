@@ -266,7 +266,7 @@ class StagesAtWork {
       return true;
     }
     observer_.skipped(stage);
-    tell_warnings(n);
+    report_warnings(n);
     return false;
   }
 
@@ -310,11 +310,11 @@ class StagesAtWork {
         !written)
       return written;
     observer_.ends(stage, seconds);
-    tell_warnings(n);
+    report_warnings(n);
     return {};
   }
 
-  void tell_warnings(std::size_t n) const {
+  void report_warnings(std::size_t n) const {
     for (const json& warning : turns_[n].entry.value("warnings", json::array()))
       if (warning.is_string()) observer_.warns(stages_[n], warning.get<std::string>());
   }

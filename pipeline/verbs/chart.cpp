@@ -163,26 +163,24 @@ Result<WorkPrecision> run_methods(const Scene& scene, const WorkPrecisionSetting
   ProgressBar bar(command.json);
   bar.begin("chart");
   WorkPrecisionObserver observer;
-  Result<void> written;
   constexpr const char* stopped =
       "\nborelli: stopped; the same command continues after the last finished method\n";
   observer.known = kept.read();
   if (!observer.known.empty()) say_when_stopped(stopped);
   observer.progress = [&](const std::string&, double fraction) { bar.update(fraction); };
   observer.ladder_ends = [&](const std::vector<WorkPrecisionPoint>& points) {
-    if (written) written = kept.write(points);
     say_when_stopped(stopped);
+    return kept.write(points);
   };
   observer.round_ends = [&](const WorkPrecision& coarse) {
-    if (written) written = write_work_precision(coarse, folder, command.warnings());
-    if (!written) return;  // told when the runs are over
+    if (auto done = write_work_precision(coarse, folder, command.warnings()); !done) return done;
     bar.end(fmt::format("{} runs in {}; finer ones follow", coarse.points.size(),
                         (folder / "chart.html").string()));
     bar.begin("chart");
+    return Result<void>();
   };
   auto chart = work_precision(scene, settings, observer);
   if (!chart) return chart;
-  if (!written) return tl::unexpected(written.error());
   bar.end(fmt::format("{} runs", chart->points.size()));
   return chart;
 }

@@ -27,11 +27,7 @@ Result<json> convert(const ConvertAsked& asked, const Command& command) {
   const auto model = read_model(command, asked.model, asked.options);
   if (!model) return tl::unexpected(model.error());
   const auto system = compile(model->scene);
-  if (!system) {
-    Error error = system.error();
-    if (model->scene.file.empty()) error.where = asked.model + ": " + error.where;
-    return tl::unexpected(error);
-  }
+  if (!system) return in_file(asked.model, system.error());
   const std::string source = std::filesystem::path(asked.model).filename().string();
   const auto written = write_model(
       model->scene, asked.output,

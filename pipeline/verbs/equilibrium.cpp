@@ -6,6 +6,7 @@
 #include "dynamics/equations/evaluate.hpp"
 #include "error/json_text.hpp"
 #include "pipeline/files/whole_file.hpp"
+#include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/shared_flags.hpp"
 #include "pipeline/verbs/state_file.hpp"
 #include "pipeline/verbs/verb.hpp"
@@ -27,9 +28,9 @@ Result<json> work(const EquilibriumOptions& o, const Command& command) {
   const auto given = read_scene_at_state(o, command);
   if (!given) return tl::unexpected(given.error());
   const auto found = find_equilibrium(given->system, given->state);
-  if (!found) return in_scene(o, found.error());
+  if (!found) return in_file(o.scene, found.error());
   const auto there = evaluate(given->system, found->state);
-  if (!there) return in_scene(o, there.error());
+  if (!there) return in_file(o.scene, there.error());
   const json state = json_of(found->state, given->order);
   json names = json::array();
   for (const Eigen::Index i : given->order.v) names.push_back(there->coordinates[std::size_t(i)]);

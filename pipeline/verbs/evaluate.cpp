@@ -9,7 +9,9 @@
 #include "dynamics/equations/derivatives.hpp"
 #include "dynamics/equations/reaction.hpp"
 #include "error/json_text.hpp"
+#include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/state_file.hpp"
+#include "pipeline/verbs/value_check.hpp"
 #include "pipeline/verbs/verb.hpp"
 
 namespace borelli {
@@ -151,11 +153,11 @@ Result<json> work(const EvaluateOptions& o, const Command& command) {
   const auto given = read_scene_at_state(o, command);
   if (!given) return tl::unexpected(given.error());
   const auto evaluation = evaluate(given->system, given->state, given->efforts);
-  if (!evaluation) return in_scene(o, evaluation.error());
+  if (!evaluation) return in_file(o.scene, evaluation.error());
   json answer = answer_of(*evaluation, given->system, given->order);
   if (o.derivatives) {
     const auto derivatives = forward_derivatives(given->system, given->state, given->efforts);
-    if (!derivatives) return in_scene(o, derivatives.error());
+    if (!derivatives) return in_file(o.scene, derivatives.error());
     answer["derivatives"] = derivatives_of(*derivatives, given->order);
   }
   if (o.jacobians) add_jacobians(*evaluation, given->order, answer);
@@ -166,7 +168,7 @@ Result<json> work(const EvaluateOptions& o, const Command& command) {
   }
   if (!o.reactions.empty()) {
     const auto reactions = reactions_of(*given, *evaluation, o.reactions == "parent");
-    if (!reactions) return in_scene(o, reactions.error());
+    if (!reactions) return in_file(o.scene, reactions.error());
     answer["reactions"] = *reactions;
   }
   auto fine = of_numbers(o, std::move(answer));

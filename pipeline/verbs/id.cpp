@@ -135,7 +135,7 @@ Result<json> work(IdOptions o, const Command& command) {
   const auto model = read_model(command, o.model, o.how);
   if (!model) return tl::unexpected(model.error());
   const auto system = compile(model->scene);
-  if (!system) return tl::unexpected(system.error());
+  if (!system) return in_file(o.model, system.error());
   const auto table = read_motion_table(o.motion);
   if (!table) return tl::unexpected(table.error());
   command.warn(table->warnings);

@@ -89,7 +89,7 @@ Result<json> work(IkOptions o, const Command& command) {
   const auto model = read_model(command, o.model, o.how);
   if (!model) return tl::unexpected(model.error());
   const auto system = compile(model->scene);
-  if (!system) return tl::unexpected(system.error());
+  if (!system) return in_file(o.model, system.error());
   const auto recording = read_recording(o.motion, o.unit);
   if (!recording) return tl::unexpected(recording.error());
   command.warn(recording->warnings);

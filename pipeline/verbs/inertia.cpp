@@ -264,7 +264,7 @@ void print_table(const InertiaTable& table) {
     }
   }
   for (const auto& [note, of] : notes) fmt::print("\n{}: {}", of, note);
-  if (!told_absent(table).empty())
+  if (!stated_absent(table).empty())
     fmt::print(
         "\nPercentages refer to the mass that is present, because --absent names parts that the body lacks.");
   else if (table.whole.completeness != Completeness::whole)

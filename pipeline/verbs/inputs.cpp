@@ -62,4 +62,9 @@ Result<ModelFile> read_model(const Command& command, const std::string& path, co
   return model;
 }
 
+tl::unexpected<Error> in_file(const std::string& file, Error error) {
+  if (!error.where.starts_with(file)) error.where = error.where.empty() ? file : file + ", " + error.where;
+  return tl::unexpected(std::move(error));
+}
+
 }  // namespace borelli

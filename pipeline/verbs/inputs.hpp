@@ -27,4 +27,7 @@ Result<InertiaTable> read_table(const Command& command, const std::string& path)
 /// them are "not_modelled" in the JSON answer: {"changes_motion": [...], "other": [...]}.
 Result<ModelFile> read_model(const Command& command, const std::string& path, const ModelOptions& options);
 
+/// Prefixes an error of the engine with the scene's file, unless the error names the file already.
+tl::unexpected<Error> in_file(const std::string& file, Error error);
+
 }  // namespace borelli

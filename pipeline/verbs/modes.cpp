@@ -4,6 +4,7 @@
 #include "dynamics/constraints/equilibrium.hpp"
 #include "dynamics/constraints/linearize.hpp"
 #include "error/json_text.hpp"
+#include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/state_file.hpp"
 #include "pipeline/verbs/verb.hpp"
 
@@ -30,11 +31,11 @@ Result<json> work(const ModesOptions& o, const Command& command) {
   if (!given) return tl::unexpected(given.error());
   if (o.equilibrium) {
     const auto found = find_equilibrium(given->system, given->state);
-    if (!found) return in_scene(o, found.error());
+    if (!found) return in_file(o.scene, found.error());
     given->state = found->state;
   }
   const auto linear = linearize(given->system, given->state);
-  if (!linear) return in_scene(o, linear.error());
+  if (!linear) return in_file(o.scene, linear.error());
   json names = json::array(), modes = json::array(), matrix = json::array();
   for (const Eigen::Index i : given->order.v) names.push_back(given->system.velocity_name(int(i)));
   for (const Mode& mode : linear->modes) modes.push_back(json_of(mode, given->order));

@@ -53,7 +53,7 @@ Result<json> scene_info(const Command& command, const std::string& path, const M
   if (!model) return tl::unexpected(model.error());
   const Scene* const scene = &model->scene;
   const auto system = compile(*scene);
-  if (!system) return tl::unexpected(Error{path, system.error().message(), system.error().kind});
+  if (!system) return in_file(path, system.error());
   json solids = json::array();
   double whole = 0;
   for (const Solid& solid : scene->solids) {

@@ -117,7 +117,7 @@ InertiaTable exact_table(const Phantom& phantom, const PhantomAsked& asked) {
   source.density_curve = asked.body.density_curve;
   source.density_source = density_curve(asked.body.density_curve).value().source;
   source.sex = asked.body.child ? "" : asked.sex;
-  source.pose = asked.angles.empty() ? "standing" : "as asked";
+  source.pose = asked.angles.empty() ? "standing" : "as requested";
   source.cuts = "deleva1996", source.frames = "joints";
   return make_table(std::move(source), rows_of_parts(phantom.exact, phantom.volume, phantom.landmarks));
 }

@@ -29,9 +29,9 @@
 
 namespace {
 
-// Says which word no option takes, and which flag may be meant. CLI11 lists such words last to first.
-std::string unknown_word(const std::string& told, const CLI::App& program, const CLI::App& verb) {
-  const std::string word = borelli::printable(told.substr(told.rfind(' ') + 1));
+// Says that no option takes a word, and which flag may be meant.
+std::string unknown_word(std::string word, const CLI::App& program, const CLI::App& verb) {
+  word = borelli::printable(word);
   if (!word.starts_with('-')) return fmt::format("unexpected word '{}'", word);
   std::vector<std::string> flags;
   for (const CLI::App* app : {&program, &verb})
@@ -41,14 +41,32 @@ std::string unknown_word(const std::string& told, const CLI::App& program, const
   return fmt::format("unknown flag {}{}", word, meant ? fmt::format("; did you mean {}?", *meant) : "");
 }
 
+// What to give for a missing option: its value and its meaning. CLI11's sentence begins with its name. An
+// unknown flag comes first, since it may be the missing one, mistyped.
+std::string missing_option(const std::string& message, const CLI::App& program, const CLI::App& verb) {
+  for (const std::string& word : program.remaining(true))
+    if (word.starts_with('-')) return unknown_word(word, program, verb);
+  for (const CLI::Option* option : verb.get_options())
+    if (message == option->get_name() + " is required")
+      return fmt::format("{}{} is required: {}", option->get_name(),
+                         option->nonpositional() ? " " + option->get_type_name() : "",
+                         option->get_description());
+  return message;
+}
+
 // CLI11's sentence in plain words
-std::string in_plain_words(std::string told, const std::string& kind) {
-  if (const auto at = told.find(" excludes "); kind == "ExcludesError" && at != told.npos)
-    return told.replace(at, 10, " cannot be combined with ");
-  if (const auto at = told.find(": ");
-      kind == "ArgumentMismatch" && at != told.npos && told.ends_with(" missing"))
-    return told.substr(0, at) + ": needs a value";
-  return told;
+std::string in_plain_words(const CLI::ParseError& e, const CLI::App& program, const CLI::App& verb) {
+  std::string message = e.what();
+  const std::string kind = e.get_name();
+  // (CLI11 lists the words last to first)
+  if (kind == "ExtrasError") return unknown_word(message.substr(message.rfind(' ') + 1), program, verb);
+  if (kind == "RequiredError") return missing_option(message, program, verb);
+  if (const auto at = message.find(" excludes "); kind == "ExcludesError" && at != message.npos)
+    return message.replace(at, 10, " cannot be combined with ");
+  if (const auto at = message.find(": ");
+      kind == "ArgumentMismatch" && at != message.npos && message.ends_with(" missing"))
+    return message.substr(0, at) + ": needs a value";
+  return message;
 }
 
 // the error in the command line, or in the settings file with its line
@@ -56,10 +74,7 @@ std::string bad_use_of(const CLI::ParseError& e, const CLI::App& program, const 
   if (e.get_name() == "SettingsError") return settings_file->results().front() + e.what();
   if (program.get_subcommands().empty()) return fmt::format("{} (see borelli --help)", e.what());
   const CLI::App& verb = *program.get_subcommands().front();
-  return fmt::format("{} (see borelli {} --help)",
-                     dynamic_cast<const CLI::ExtrasError*>(&e) ? unknown_word(e.what(), program, verb)
-                                                               : in_plain_words(e.what(), e.get_name()),
-                     verb.get_name());
+  return fmt::format("{} (see borelli {} --help)", in_plain_words(e, program, verb), verb.get_name());
 }
 
 // an option with an empty value: an unset shell variable
@@ -219,8 +234,8 @@ void hold_standard_descriptors() {
 extern "C" void end_by_signal(int signal) {
   borelli::stop_writing();
   if (const char* words = borelli::words_when_stopped()) {
-    const auto told = write(STDERR_FILENO, words, std::strlen(words));
-    static_cast<void>(told);  // nothing more can be done
+    const auto written = write(STDERR_FILENO, words, std::strlen(words));
+    static_cast<void>(written);  // nothing more can be done
   }
   raise(signal);  // SA_RESETHAND restored the default action, which runs when this handler returns
 }

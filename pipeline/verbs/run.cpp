@@ -292,6 +292,7 @@ Result<nlohmann::json> work(RunAsked asked, const Command& command) {
   if (auto fine = check_motion(asked); !fine) return tl::unexpected(fine.error());
   if (settings.skin && settings.deface)
     return bad_use("--skin", "writes the face, which --deface removes; leave one of the two out");
+  if (auto fine = check_effect(asked.video); !fine) return tl::unexpected(fine.error());
   if (auto fine = use_video(asked.video, settings); !fine) return tl::unexpected(fine.error());
   if (auto fine = name_folder(asked.out, settings); !fine) return tl::unexpected(fine.error());
   settings.threads = command.threads;
@@ -363,7 +364,7 @@ void add_captured_flags(CLI::App& verb, CapturedSettings& c) {
       "--other-person", c.other_person,
       "The recorded person is not the scanned one: scale motion and forces to the body, set its feet down");
   verb.add_option("--recorded-mass", c.recorded_mass,
-                  "Mass of the other person, kg (default: as the forces tell)")
+                  "Mass of the other person, kg (default: from the forces)")
       ->check(positive_number());
   add_shared(verb, flags::cut_off, c.cutoff)->capture_default_str();
   verb.add_option("--band-draws", c.band_draws,

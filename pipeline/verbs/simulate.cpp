@@ -82,13 +82,6 @@ Result<std::string> shown_motion(const Scene& scene, const Trajectory& trajector
   return motion_text(scene, trajectory, output);
 }
 
-// Prefixes errors of compilation or simulation with the scene's file.
-tl::unexpected<Error> in_file(const std::string& file, Error error) {
-  // errors of compile already name the file with its line
-  if (!error.where.starts_with(file)) error.where = error.where.empty() ? file : file + ", " + error.where;
-  return tl::unexpected(std::move(error));
-}
-
 nlohmann::json answer_of(const SimulateOptions& o, const ModelFile& model, const Trajectory& t,
                          bool written) {
   const FileOrder order = file_order(model.scene, t.coordinates);
@@ -183,6 +176,7 @@ Result<nlohmann::json> work(const SimulateOptions& o, const Command& command) {
   if (!o.output.empty()) {
     if (auto fine = check_writable(o.output, {o.scene}); !fine) return tl::unexpected(fine.error());
   }
+  if (auto fine = check_effect(o.video); !fine) return tl::unexpected(fine.error());
   if (!o.video.file.empty()) {
     if (const auto fine = video_options(o.video); !fine) return tl::unexpected(fine.error());
     if (auto fine = check_writable(o.video.file, {o.scene}); !fine) return tl::unexpected(fine.error());

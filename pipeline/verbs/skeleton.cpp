@@ -68,7 +68,7 @@ Result<nlohmann::json> work(const SkeletonAsked& asked, const Command& command) 
   command.warn(*apart);
   std::vector<Warning> warnings;
   SkeletonOptions options;
-  options.absent = told_absent(*table);
+  options.absent = stated_absent(*table);
   const PartInertials parts = movable_parts(*table, warnings);
   const auto skeleton = build_skeleton(parts, given->all(), options);
   if (!skeleton) return tl::unexpected(skeleton.error());

@@ -260,19 +260,17 @@ Result<nlohmann::json> work_on_map(const StabilityOptions& o, const Command& com
   bar.begin("stability");
   const KeptColumns kept(folder / unfinished_map, asked_for(o, *sweep));
   StabilityObserver observer;
-  Result<void> written;
   constexpr const char* stopped =
       "\nborelli: stopped; the same command continues after the last finished column\n";
   kept.read(observer);
   if (!observer.known_limits.empty()) say_when_stopped(stopped);
   observer.progress = [&](double fraction) { bar.update(fraction); };
   observer.column_ends = [&](const StabilityMap& so_far) {
-    if (written) written = kept.write(so_far);
     say_when_stopped(stopped);
+    return kept.write(so_far);
   };
   const auto map = stability_map(std::move(*sweep), settings, observer);
   if (!map) return tl::unexpected(map.error());
-  if (!written) return tl::unexpected(written.error());
   bar.end(fmt::format("{} runs", map->cells.size()));
   if (auto done = write_plots(stability_plots(*map), folder, map_drawings()); !done)
     return tl::unexpected(done.error());

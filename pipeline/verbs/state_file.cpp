@@ -99,17 +99,11 @@ void add_state_options(CLI::App& verb, StateOptions& o) {
   add_model_options(verb, o.model);
 }
 
-tl::unexpected<Error> in_scene(const StateOptions& o, Error error) {
-  if (!error.where.starts_with(o.scene))  // errors of compile already name the file with its line
-    error.where = error.where.empty() ? o.scene : o.scene + ", " + error.where;
-  return tl::unexpected(std::move(error));
-}
-
 Result<SceneAtState> read_scene_at_state(const StateOptions& o, const Command& command) {
   auto model = read_model(command, o.scene, o.model);
   if (!model) return tl::unexpected(model.error());
   auto system = compile(model->scene);
-  if (!system) return in_scene(o, system.error());
+  if (!system) return in_file(o.scene, system.error());
   if (o.equations)
     system->settings.equations = *o.equations == "lagrange" ? Equations::lagrange : Equations::recursive;
   SceneAtState out{std::move(*model), std::move(*system), {}, {}, {}};

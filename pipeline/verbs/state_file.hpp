@@ -37,9 +37,6 @@ struct SceneAtState {
 /// the scene's initial state. Errors name the file they are in.
 Result<SceneAtState> read_scene_at_state(const StateOptions& options, const Command& command);
 
-/// Prefixes an error of the engine with the scene's file.
-tl::unexpected<Error> in_scene(const StateOptions& options, Error error);
-
 /// Returns the answer, or an error that names a non-finite number in it, which JSON cannot hold: extreme
 /// states and scenes may overflow.
 Result<nlohmann::json> of_numbers(const StateOptions& options, nlohmann::json answer);

@@ -15,10 +15,10 @@ void group_options(CLI::App& verb, const std::string& title, const std::vector<s
   for (const std::string& option : options) verb.get_option(option)->group(title);
 }
 
-void Command::warn(const std::string& sentence) const { add_once(told_->warnings, sentence); }
+void Command::warn(const std::string& sentence) const { add_once(messages_->warnings, sentence); }
 
 void Command::warn_first(const std::vector<std::string>& sentences) const {
-  const std::vector<std::string> before = std::exchange(told_->warnings, {});
+  const std::vector<std::string> before = std::exchange(messages_->warnings, {});
   warn(sentences);
   warn(before);
 }
@@ -27,11 +27,11 @@ void Command::warn(const std::vector<std::string>& sentences) const {
   for (const std::string& sentence : sentences) warn(sentence);
 }
 
-void Command::note(const std::string& sentence) const { add_once(told_->notes, sentence); }
+void Command::note(const std::string& sentence) const { add_once(messages_->notes, sentence); }
 
 void Command::add_to_answer(const std::string& name, const nlohmann::json& lists) const {
   for (const auto& [key, list] : lists.items()) {
-    nlohmann::json& all = told_->added[name][key];
+    nlohmann::json& all = messages_->added[name][key];
     if (all.is_null()) all = nlohmann::json::array();
     for (const nlohmann::json& entry : list)
       if (std::ranges::find(all, entry) == all.end()) all.push_back(entry);
@@ -40,8 +40,8 @@ void Command::add_to_answer(const std::string& name, const nlohmann::json& lists
 
 nlohmann::json Command::complete(nlohmann::json answer) const {
   if (!answer.is_object()) return answer;
-  answer["warnings"] = told_->warnings;
-  answer.update(told_->added);
+  answer["warnings"] = messages_->warnings;
+  answer.update(messages_->added);
   return answer;
 }
 

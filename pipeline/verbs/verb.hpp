@@ -28,22 +28,22 @@ struct Command {
   void warn(const std::vector<std::string>& sentences) const;
   /// Inserts these before all existing warnings, in this order, without duplicates.
   void warn_first(const std::vector<std::string>& sentences) const;
-  const std::vector<std::string>& warnings() const { return told_->warnings; }
+  const std::vector<std::string>& warnings() const { return messages_->warnings; }
   /// Adds a note that may interest the user. The program prints "note: ..." on standard error after the work,
   /// except with --json.
   void note(const std::string& sentence) const;
-  const std::vector<std::string>& notes() const { return told_->notes; }
+  const std::vector<std::string>& notes() const { return messages_->notes; }
   /// Appends `lists`, an object of lists, to the member `name` of the JSON answer.
   void add_to_answer(const std::string& name, const nlohmann::json& lists) const;
   /// A verb's answer with "warnings" and the added members.
   nlohmann::json complete(nlohmann::json answer) const;
 
  private:
-  struct Told {
+  struct Messages {
     std::vector<std::string> warnings, notes;
     nlohmann::json added = nlohmann::json::object();
   };
-  std::shared_ptr<Told> told_ = std::make_shared<Told>();  // verbs get a const Command
+  std::shared_ptr<Messages> messages_ = std::make_shared<Messages>();  // verbs get a const Command
 };
 
 /// Lists these options of a verb under their own title in its help, after the common ones.

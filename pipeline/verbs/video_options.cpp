@@ -21,7 +21,8 @@ constexpr std::array views{NamedView{"oblique", 40, 12}, NamedView{"front", 0, 5
 }  // namespace
 
 void add_video_options(CLI::App& verb, VideoAsked& asked, const std::string& where) {
-  // (the other options do not require --video, since a run's stored settings contain all of them)
+  // (the other options do not require --video here, since a run's stored settings contain all of them;
+  // check_effect refuses values that differ from the defaults)
   verb.add_option("--video", asked.file,
                   "Also write a video of the motion, .mp4; " + where + "; needs ffmpeg")
       ->type_name("FILE");
@@ -45,6 +46,18 @@ void add_video_options(CLI::App& verb, VideoAsked& asked, const std::string& whe
   group_options(
       verb, "Video",
       {"--video", "--video-size", "--video-rate", "--video-speed", "--video-view", "--video-style"});
+}
+
+Result<void> check_effect(const VideoAsked& asked) {
+  if (!asked.file.empty()) return {};
+  const VideoAsked unset;
+  for (const auto& [option, is_set] : {std::pair("--video-size", asked.size != unset.size),
+                                       std::pair("--video-rate", asked.rate != unset.rate),
+                                       std::pair("--video-speed", asked.speed != unset.speed),
+                                       std::pair("--video-view", asked.view != unset.view),
+                                       std::pair("--video-style", asked.style != unset.style)})
+    if (is_set) return bad_use(option, "has no effect without --video, which names the file to write");
+  return {};
 }
 
 Result<VideoOptions> video_options(const VideoAsked& asked) {

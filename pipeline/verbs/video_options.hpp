@@ -21,6 +21,9 @@ struct VideoAsked {
 /// `where`: of the file, for the help.
 void add_video_options(CLI::App& verb, VideoAsked& asked, const std::string& where);
 
+/// Refuses settings of a video where no video is asked for: they would have no effect.
+Result<void> check_effect(const VideoAsked& asked);
+
 /// Errors: a name that does not end in .mp4; a size that is none; those of check_video.
 Result<VideoOptions> video_options(const VideoAsked& asked);
 

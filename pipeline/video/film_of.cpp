@@ -223,10 +223,10 @@ std::size_t video_frames(double seconds, const VideoOptions& options) {
 
 Result<Film> film_of(const MovingBody& body, const VideoOptions& options) {
   if (!body.trajectory || body.trajectory->times.empty())
-    return failure("video", "needs a motion, and there is none");
+    return failure("video", "needs a motion, but the trajectory has no rows");
   const bool skinned = body.skin != nullptr && options.style != FilmStyle::wire;
   if (!skinned && std::ranges::all_of(body.meshes, is_ground))
-    return failure("video", "cannot show anything: no solid has a mesh");
+    return failure("video", "has nothing to show: no solid has a shape; give the solids shapes");
   auto scenery = std::make_shared<Scenery>(Scenery{Motion(*body.trajectory), body, options, skinned, {}, 0});
   Film film;
   film.set.width = options.width, film.set.height = options.height;

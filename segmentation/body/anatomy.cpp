@@ -54,11 +54,11 @@ void measure_depths(Anatomy& a, int threads) {
   a.within_bone = distance_to(complement(a.bone), 60, false, threads);
 }
 
-Anatomy look(const GreyVolume& volume, double step, int threads) {
-  return look(volume, work_grid(volume, step, threads), threads);
+Anatomy anatomy_of(const GreyVolume& volume, double step, int threads) {
+  return anatomy_of(volume, work_grid(volume, step, threads), threads);
 }
 
-Anatomy look(const GreyVolume& volume, const Grid& grid, int threads) {
+Anatomy anatomy_of(const GreyVolume& volume, const Grid& grid, int threads) {
   Anatomy a;
   a.source = &volume;
   a.threads = threads;

@@ -60,9 +60,9 @@ inline double side_sign(int side) { return side == left_side ? 1 : -1; }
 /// Computes the three distance maps from the current masks of body and bone.
 void measure_depths(Anatomy& anatomy, int threads);
 
-Anatomy look(const GreyVolume& volume, double step, int threads);
+Anatomy anatomy_of(const GreyVolume& volume, double step, int threads);
 /// The same on a grid from work_grid.
-Anatomy look(const GreyVolume& volume, const Grid& grid, int threads);
+Anatomy anatomy_of(const GreyVolume& volume, const Grid& grid, int threads);
 
 /// Peak memory in bytes per voxel of the work grid, for all volumes except the resampled scan.
 inline constexpr std::size_t bytes_at_work = 36;

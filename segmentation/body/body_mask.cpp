@@ -101,7 +101,7 @@ bool join(Mask& body, const Regions& pieces, std::size_t finger, const Distances
   const auto n = static_cast<std::int64_t>(finger_gap / step) + 1;
   const double widest = finger_gap + step;  // between the centres of the voxels at the gap
   double best = 1e9;
-  std::array<std::int64_t, 3> from{}, way{};
+  std::array<std::int64_t, 3> from{}, direction{};
   for (std::int64_t k = box.low[2]; k <= box.high[2]; ++k)
     for (std::int64_t j = box.low[1]; j <= box.high[1]; ++j)
       for (std::int64_t i = box.low[0]; i <= box.high[0]; ++i) {
@@ -115,14 +115,15 @@ bool join(Mask& body, const Regions& pieces, std::size_t finger, const Distances
               if (gap > widest || length >= best) continue;
               best = length;
               from = {i, j, k};
-              way = {a, b, c};
+              direction = {a, b, c};
             }
       }
   if (best == 1e9) return false;
-  const std::int64_t steps = std::max({std::abs(way[0]), std::abs(way[1]), std::abs(way[2])});
+  const std::int64_t steps =
+      std::max({std::abs(direction[0]), std::abs(direction[1]), std::abs(direction[2])});
   for (std::int64_t s = 1; s < steps; ++s) {
     const auto at = [&](std::size_t axis) {
-      return from[axis] + std::lround(static_cast<double>(s * way[axis]) / static_cast<double>(steps));
+      return from[axis] + std::lround(static_cast<double>(s * direction[axis]) / static_cast<double>(steps));
     };
     body.at(at(0), at(1), at(2)) = 1;
   }

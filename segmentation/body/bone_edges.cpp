@@ -91,8 +91,8 @@ CloseUp close_up(const GreyVolume& volume, const Vector3d& centre, double half) 
       for (std::int64_t i = 0; i < g.size[0]; ++i) {
         const Vector3d p = g.point(i, j, k);
         double value = 0;
-        const bool held = sample(volume, to_index * (p - volume.grid.origin), value);
-        view.hu.at(i, j, k) = held ? std::round(hu_of(value, volume.quantity)) : padding_hu;
+        const bool inside = sample(volume, to_index * (p - volume.grid.origin), value);
+        view.hu.at(i, j, k) = inside ? std::round(hu_of(value, volume.quantity)) : padding_hu;
       }
   return view;
 }

@@ -15,11 +15,11 @@ namespace {
 
 // segments whose class comes from their coded terminology or ID, because the name is unknown or differs
 struct OtherNames {
-  std::vector<std::string> told, otherwise;
+  std::vector<std::string> matched, otherwise;
 };
 
-void tell_by_other_names(const ClassMapping& mapping, const std::string& name,
-                         const std::vector<std::string>& others, const ClassRule*& rule, OtherNames& coded) {
+void match_other_names(const ClassMapping& mapping, const std::string& name,
+                       const std::vector<std::string>& others, const ClassRule*& rule, OtherNames& coded) {
   for (const std::string& other : others) {
     const ClassRule* theirs = mapping.find(-1, other);
     if (!theirs) continue;
@@ -27,7 +27,7 @@ void tell_by_other_names(const ClassMapping& mapping, const std::string& name,
     if (!rule && std::ranges::find(forms, other) != forms.end())
       rule = theirs;
     else if (!rule)
-      rule = theirs, coded.told.push_back(name + " is " + other);
+      rule = theirs, coded.matched.push_back(name + " is " + other);
     else if (*theirs != *rule)
       coded.otherwise.push_back(name + " or " + other);
     return;
@@ -58,7 +58,7 @@ Result<ClassLabels> class_labels(const std::string& where, NumberedLabels labels
     const std::string& name = map.labels.names[label];
     const ClassRule* rule = mapping.find(labels.numbers[label], name);
     const auto other = labels.other_names.find(static_cast<std::uint8_t>(label));
-    if (other != labels.other_names.end()) tell_by_other_names(mapping, name, other->second, rule, coded);
+    if (other != labels.other_names.end()) match_other_names(mapping, name, other->second, rule, coded);
     if (rule) {
       map.rules[label] = *rule;
       ++known;
@@ -74,12 +74,12 @@ Result<ClassLabels> class_labels(const std::string& where, NumberedLabels labels
         "none of its classes (" + list +
             ") is in the mapping; choose another --label-mapping, or check the classes' names and numbers");
   for (const auto& [which, what] :
-       {std::pair{&coded.told, "the mapping lacks the name of"},
+       {std::pair{&coded.matched, "the mapping lacks the name of"},
         {&coded.otherwise, "name and coded terminology (or ID) tell different classes for"}})
     if (!which->empty())
       map.warnings.push_back(fmt::format("{}: {} {} of its segments ({}); the {} is used", where, what,
                                          which->size(), listed(*which),
-                                         which == &coded.told ? "coded terminology or ID" : "name"));
+                                         which == &coded.matched ? "coded terminology or ID" : "name"));
   if (unknown > 0)
     map.warnings.push_back(fmt::format(
         "{}: {} of its classes are not in the mapping ({}{}); their voxels are treated as unlabelled", where,

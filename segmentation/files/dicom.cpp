@@ -255,11 +255,11 @@ std::vector<std::int16_t> interpolate(const std::vector<std::int16_t>& from, con
 // the patient's pose: the code's last letters, after head or feet first
 std::string pose_of(std::string_view patient_position) {
   if (patient_position.size() < 3) return "";
-  const auto way = patient_position.substr(2);
-  if (way == "S") return "supine";
-  if (way == "P") return "prone";
-  if (way == "DL") return "on the left side";
-  if (way == "DR") return "on the right side";
+  const auto posture = patient_position.substr(2);
+  if (posture == "S") return "supine";
+  if (posture == "P") return "prone";
+  if (posture == "DL") return "on the left side";
+  if (posture == "DR") return "on the right side";
   return "";
 }
 

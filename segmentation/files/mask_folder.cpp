@@ -39,18 +39,18 @@ Result<LaidMask> lay(const std::string& file, const StoredVoxels& mask, const Im
   with_scalar(mask.scalar, [&]<class T>(T) {
     const std::byte* at = mask.bytes();
     T before{};
-    bool held = false;
+    bool is_set = false;
     for (std::size_t o = 0; o < mask.count; ++o, at += sizeof(T)) {
       T stored;
       std::memcpy(&stored, at, sizeof stored);
       if (o == 0 || stored != before) {
         const double value = header.slope * static_cast<double>(stored) + header.intercept;
-        held = value != 0;
-        if (held && inside == 0) inside = value;
-        if (held && value != inside && second == 0) second = value;
+        is_set = value != 0;
+        if (is_set && inside == 0) inside = value;
+        if (is_set && value != inside && second == 0) second = value;
         before = stored;
       }
-      if (!held) continue;
+      if (!is_set) continue;
       ++laid.voxels;
       if (map[o])
         ++laid.on[map[o]];

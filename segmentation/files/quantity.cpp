@@ -51,7 +51,7 @@ Signs signs_of(const StoredVoxels& voxels, double slope, double intercept, doubl
   std::mutex mutex;
   in_slabs(static_cast<std::int64_t>(voxels.count), 0, [&](std::int64_t from, std::int64_t to) {
     Signs own;
-    const auto look = [&](const auto& read, std::size_t first, std::size_t last) {
+    const auto count = [&](const auto& read, std::size_t first, std::size_t last) {
       using Number = decltype(read(first));
       const auto bottom = static_cast<Number>(least);
       std::uint32_t air = 0, soft = 0, stray = 0, vacuum = 0, dense = 0, tissue = 0, inside = 0, equal = 0;
@@ -78,7 +78,7 @@ Signs signs_of(const StoredVoxels& voxels, double slope, double intercept, doubl
       own.vacuum += vacuum, own.dense += dense, own.tissue += tissue;
       own.inside_pairs += inside, own.equal_pairs += equal;
     };
-    each_block(voxels, static_cast<std::size_t>(from), static_cast<std::size_t>(to), slope, intercept, look);
+    each_block(voxels, static_cast<std::size_t>(from), static_cast<std::size_t>(to), slope, intercept, count);
     const std::lock_guard lock(mutex);
     s.ct_air += own.ct_air, s.ct_soft += own.ct_soft, s.stray += own.stray;
     s.vacuum += own.vacuum, s.dense += own.dense, s.tissue += own.tissue;
@@ -207,8 +207,8 @@ Changes convert_whole(std::int16_t* at, std::int64_t count, const Whole& whole) 
       below += seen & (value < least);
       far += seen & (value < far_below_air);
       above += value > greatest;
-      const std::int32_t held = std::max(least, std::min(value, greatest));
-      at[n] = static_cast<std::int16_t>(seen ? held : padding_hu);
+      const std::int32_t clamped = std::max(least, std::min(value, greatest));
+      at[n] = static_cast<std::int16_t>(seen ? clamped : padding_hu);
     }
     changes.below += below, changes.above += above, changes.padding += padded, changes.far_below += far;
   }

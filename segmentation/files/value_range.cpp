@@ -66,7 +66,7 @@ ValueRange value_range(const StoredVoxels& voxels, double slope, double intercep
     });
   double least = std::numeric_limits<double>::infinity(), greatest = -least;
   ValueRange r;
-  const auto look = [&](const auto& read, std::size_t from, std::size_t to) {
+  const auto count = [&](const auto& read, std::size_t from, std::size_t to) {
     for (std::size_t n = from; n < to; ++n) {
       const double v = read(n);
       if (!std::isfinite(v)) {
@@ -78,7 +78,7 @@ ValueRange value_range(const StoredVoxels& voxels, double slope, double intercep
       r.fractional += v != std::floor(v);
     }
   };
-  each_block(voxels, first, last, slope, intercept, look);
+  each_block(voxels, first, last, slope, intercept, count);
   r.count = last - first;
   if (r.not_finite < r.count) r.least = least, r.greatest = greatest;
   return r;

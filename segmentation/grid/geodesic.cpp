@@ -45,12 +45,12 @@ std::array<NeighbourRow, 9> rows_about(const Grid& g) {
 // Follows paths within some of the grid's columns (i from `first` to before `last`), from given starts. A
 // voxel whose path becomes shorter is expanded again, so `follow` may be called again with paths that come
 // from other columns.
-class Ways {
+class Paths {
  public:
   /// Updates owners, and the step by which each voxel is reached (null: not recorded), along with the
   /// lengths.
-  Ways(Places& places, float longest, std::uint8_t* owner, std::uint8_t* by_step, std::int64_t first,
-       std::int64_t last)
+  Paths(Places& places, float longest, std::uint8_t* owner, std::uint8_t* by_step, std::int64_t first,
+        std::int64_t last)
       : places_(places),
         grid_(places.grid),
         place_(places.place.get()),
@@ -80,42 +80,42 @@ class Ways {
         if (n + ahead < buckets_[b].size())
           for (const NeighbourRow& row : rows_)
             __builtin_prefetch(place_ + buckets_[b][n + ahead].to + row.offset);
-        const Way way = buckets_[b][n];
-        if (place_[way.to].length != way.length) continue;
-        owner_[way.to] = way.label;
-        if (by_step_) by_step_[way.to] = way.step;
-        go_on(way);
+        const Path path = buckets_[b][n];
+        if (place_[path.to].length != path.length) continue;
+        owner_[path.to] = path.label;
+        if (by_step_) by_step_[path.to] = path.step;
+        go_on(path);
       }
-      std::vector<Way>().swap(buckets_[b]);
+      std::vector<Path>().swap(buckets_[b]);
     }
     buckets_.clear();
   }
 
  private:
   // A path to a voxel; skipped if a shorter one was found later.
-  struct Way {
+  struct Path {
     std::uint32_t to;
     float length;
     std::uint8_t label, step;
   };
 
-  void push(const Way& way) {
+  void push(const Path& path) {
     constexpr float most_buckets = 1 << 20;
-    const auto n = static_cast<std::size_t>(std::min(most_buckets - 1, way.length / width_));
+    const auto n = static_cast<std::size_t>(std::min(most_buckets - 1, path.length / width_));
     if (n >= buckets_.size()) buckets_.resize(n + 1);
-    buckets_[n].push_back(way);
+    buckets_[n].push_back(path);
   }
 
-  void go_on(const Way& way) {
-    const auto at = static_cast<std::ptrdiff_t>(way.to);
+  void go_on(const Path& path) {
+    const auto at = static_cast<std::ptrdiff_t>(path.to);
     const std::int64_t i = at % grid_.size[0];
     const bool all_there =
         i > first_ && i + 2 < last_ && at + offset_.front() >= 0 && at + offset_.back() + 1 < count_;
     std::array<Four, 9> length;
     std::uint32_t steps =
         all_there
-            ? nearer(way, length, [&](std::ptrdiff_t from) { return place_ + from; })
-            : nearer(way, length, [&, some = std::array<Places::Place, 4>()](std::ptrdiff_t from) mutable {
+            ? nearer(path, length, [&](std::ptrdiff_t from) { return place_ + from; })
+            : nearer(path, length, [&, some = std::array<Places::Place, 4>()](std::ptrdiff_t from) mutable {
                 some = {};  // closed if out of reach
                 for (std::ptrdiff_t a = 0; a < 3; ++a)
                   if (i - 1 + a >= first_ && i - 1 + a < last_ && from + a >= 0 && from + a < count_)
@@ -129,8 +129,8 @@ class Ways {
     for (; steps; steps &= steps - 1) {
       const auto step = static_cast<std::size_t>(std::countr_zero(steps));
       const auto to = static_cast<std::size_t>(at + offset_[step]);
-      if (!places_.lets_in(to, way.label)) continue;
-      begin(to, length[step / 3][step % 3], way.label, static_cast<std::uint8_t>(step));
+      if (!places_.lets_in(to, path.label)) continue;
+      begin(to, length[step / 3][step % 3], path.label, static_cast<std::uint8_t>(step));
     }
   }
 
@@ -145,18 +145,18 @@ class Ways {
   /// Steps by which a neighbour's path becomes shorter, as bits, and `length` of each such path.
   /// `places_from`: pointer to four adjacent places, given the first one's offset.
   template <class PlacesFrom>
-  std::uint32_t nearer(const Way& way, std::array<Four, 9>& length, PlacesFrom&& places_from) const {
-    const float cost_here = place_[way.to].cost;
+  std::uint32_t nearer(const Path& path, std::array<Four, 9>& length, PlacesFrom&& places_from) const {
+    const float cost_here = place_[path.to].cost;
     FourWords bits{};
 #pragma GCC unroll 9
     for (std::size_t r = 0; r < rows_.size(); ++r) {
-      const Places::Place* const four = places_from(static_cast<std::ptrdiff_t>(way.to) + rows_[r].offset);
+      const Places::Place* const four = places_from(static_cast<std::ptrdiff_t>(path.to) + rows_[r].offset);
       Four first, second;
       std::memcpy(&first, four, sizeof first);
       std::memcpy(&second, four + 2, sizeof second);
       const Four cost = __builtin_shufflevector(first, second, 0, 2, 4, 6),
                  so_far = __builtin_shufflevector(first, second, 1, 3, 5, 7);
-      length[r] = way.length + rows_[r].half * (cost_here + cost);
+      length[r] = path.length + rows_[r].half * (cost_here + cost);
       bits |= (length[r] < so_far) & (length[r] <= longest_) & (cost != 0) & rows_[r].bit;
     }
     return static_cast<std::uint32_t>(bits[0] | bits[1] | bits[2]);
@@ -171,13 +171,13 @@ class Ways {
   std::ptrdiff_t count_;
   std::array<NeighbourRow, 9> rows_;
   std::array<std::ptrdiff_t, steps_to_all> offset_;
-  std::vector<std::vector<Way>> buckets_;  // by length
+  std::vector<std::vector<Path>> buckets_;  // by length
 };
 
 /// Owners, from cheapest paths. `by_step` (one per voxel; null: not recorded): the step by which each voxel
 /// is reached, `at_seed` at seeds. The lengths of voxels with an owner stay in `places`.
-Volume<std::uint8_t> follow_ways(Places& places, const Volume<std::uint8_t>& seeds, float longest,
-                                 std::uint8_t* by_step, std::uint8_t at_seed) {
+Volume<std::uint8_t> follow_paths(Places& places, const Volume<std::uint8_t>& seeds, float longest,
+                                  std::uint8_t* by_step, std::uint8_t at_seed) {
   const auto& g = places.grid;
   Volume<std::uint8_t> owner{g, std::vector<std::uint8_t>(g.count(), 0)};
   // Splits a large volume into halves that run in parallel, then expands the paths that cross the middle. For
@@ -189,38 +189,39 @@ Volume<std::uint8_t> follow_ways(Places& places, const Volume<std::uint8_t>& see
     for (std::int64_t r = 0; r < rows; ++r)
       for (std::int64_t i = first; i < last; ++i) visit(static_cast<std::size_t>(r * nx + i));
   };
-  const auto ways_in = [&](std::int64_t first, std::int64_t last) {
-    return Ways(places, longest, owner.voxels.data(), by_step, first, last);
+  const auto paths_in = [&](std::int64_t first, std::int64_t last) {
+    return Paths(places, longest, owner.voxels.data(), by_step, first, last);
   };
   in_slabs(middle < nx ? 2 : 1, places.threads, [&](std::int64_t from, std::int64_t to) {
     for (std::int64_t half = from; half < to; ++half) {
       const std::int64_t first = half == 0 ? 0 : middle, last = half == 0 ? middle : nx;
-      Ways ways = ways_in(first, last);
+      Paths paths = paths_in(first, last);
       each(first, last, [&](std::size_t o) {
         if (seeds.voxels[o] && places.place[o].cost != 0 && places.lets_in(o, seeds.voxels[o]))
-          ways.begin(o, 0, seeds.voxels[o], at_seed);
+          paths.begin(o, 0, seeds.voxels[o], at_seed);
       });
-      ways.follow();
+      paths.follow();
     }
   });
   if (middle < nx) {
-    Ways ways = ways_in(0, nx);
+    Paths paths = paths_in(0, nx);
     each(middle - 1, middle + 1, [&](std::size_t o) {
       if (owner.voxels[o])
-        ways.begin(o, places.place[o].length, owner.voxels[o], by_step ? by_step[o] : at_seed);
+        paths.begin(o, places.place[o].length, owner.voxels[o], by_step ? by_step[o] : at_seed);
     });
-    ways.follow();
+    paths.follow();
   }
   return owner;
 }
 
 }  // namespace
 
-Geodesic geodesic(Places places, const Volume<std::uint8_t>& seeds, bool keep_ways, float longest) {
+Geodesic geodesic(Places places, const Volume<std::uint8_t>& seeds, bool keep_paths, float longest) {
   const Grid& g = places.grid;
   Geodesic out;
-  if (keep_ways) out.step_.resize(g.count());
-  out.owner = follow_ways(places, seeds, longest, keep_ways ? out.step_.data() : nullptr, Geodesic::at_seed);
+  if (keep_paths) out.step_.resize(g.count());
+  out.owner =
+      follow_paths(places, seeds, longest, keep_paths ? out.step_.data() : nullptr, Geodesic::at_seed);
   // moves the lengths to the front of the memory that they shared with the costs, and frees the rest
   auto* const memory = reinterpret_cast<unsigned char*>(places.place.release());
   for (std::size_t o = 0; o < g.count(); ++o)
@@ -233,7 +234,7 @@ Geodesic geodesic(Places places, const Volume<std::uint8_t>& seeds, bool keep_wa
 }
 
 Volume<std::uint8_t> nearest_seeds(Places places, const Volume<std::uint8_t>& seeds, float longest) {
-  return follow_ways(places, seeds, longest, nullptr, 0);
+  return follow_paths(places, seeds, longest, nullptr, 0);
 }
 
 void Geodesic::take_nearer(const Geodesic& other) {
@@ -241,12 +242,12 @@ void Geodesic::take_nearer(const Geodesic& other) {
     if (other.length(o) < length(o)) owner.voxels[o] = other.owner.voxels[o], length_[o] = other.length_[o];
 }
 
-std::vector<std::uint32_t> Geodesic::way_to(std::uint32_t to) const {
-  std::vector<std::uint32_t> way{to};
-  while (step_[way.back()] != at_seed)
-    way.push_back(static_cast<std::uint32_t>(way.back() - offset_of(step_[way.back()], owner.grid)));
-  std::reverse(way.begin(), way.end());
-  return way;
+std::vector<std::uint32_t> Geodesic::path_to(std::uint32_t to) const {
+  std::vector<std::uint32_t> path{to};
+  while (step_[path.back()] != at_seed)
+    path.push_back(static_cast<std::uint32_t>(path.back() - offset_of(step_[path.back()], owner.grid)));
+  std::reverse(path.begin(), path.end());
+  return path;
 }
 
 }  // namespace borelli

@@ -16,14 +16,14 @@ struct Line {
 
 // Line through the mean of a limb's bone between two path lengths, along its direction of largest variance.
 std::optional<Line> shaft_line(const Anatomy& a, const Limbs& limbs, Limb limb, double from, double to) {
-  constexpr double aside = 60;  // mm about the way: a limb's bones there
-  const LimbWay& way = limbs.way[static_cast<std::size_t>(limb)];
+  constexpr double aside = 60;  // mm about the path: a limb's bones there
+  const LimbPath& path = limbs.path[static_cast<std::size_t>(limb)];
   const auto& g = a.grid();
-  if (from <= 0 || to > way.length()) return std::nullopt;
-  Vector3d low = way.points[way.index(from)], high = low;
-  for (std::size_t n = way.index(from); n <= way.index(to); ++n) {
-    low = low.cwiseMin(way.points[n]);
-    high = high.cwiseMax(way.points[n]);
+  if (from <= 0 || to > path.length()) return std::nullopt;
+  Vector3d low = path.points[path.index(from)], high = low;
+  for (std::size_t n = path.index(from); n <= path.index(to); ++n) {
+    low = low.cwiseMin(path.points[n]);
+    high = high.cwiseMax(path.points[n]);
   }
   const Vector3d first = g.index(low - Vector3d::Constant(aside)),
                  last = g.index(high + Vector3d::Constant(aside));
@@ -45,7 +45,7 @@ std::optional<Line> shaft_line(const Anatomy& a, const Limbs& limbs, Limb limb, 
   Vector3d along = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(second / count - mean * mean.transpose())
                        .eigenvectors()
                        .col(2);
-  if (along.dot(way.points[way.index(to)] - way.points[way.index(from)]) < 0) along = -along;
+  if (along.dot(path.points[path.index(to)] - path.points[path.index(from)]) < 0) along = -along;
   return Line{low + mean, along};
 }
 

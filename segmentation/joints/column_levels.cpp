@@ -14,12 +14,12 @@ void find_column_levels(const Anatomy& a, const Trunk& trunk, Landmarks& landmar
              right = landmarks.find("hip_right");
   if (neck == landmarks.end() || left == landmarks.end() || right == landmarks.end()) return;
   const double bottom = 0.5 * (left->second.point[2] + right->second.point[2]);
-  const double way = neck->second.point[2] - bottom;
+  const double height = neck->second.point[2] - bottom;
   constexpr std::array<std::pair<const char*, double>, 3> levels{
       {{"t12_l1", 0.485}, {"l4_l5", 0.27}, {"l5_s1", 0.212}}};
   constexpr double deviation = 15;  // mm
   for (const auto& [name, share] : levels) {
-    const double z = bottom + share * way;
+    const double z = bottom + share * height;
     if (landmarks.contains(name) || !trunk.spine_holds(z)) continue;
     landmarks[name] = {vertebral_body(a, trunk, z), deviation, 0, "proportion: between hips and neck"};
   }

@@ -33,7 +33,7 @@ Nearer nearer_skin(const Anatomy& a) {
   const auto& g = a.grid();
   const auto half = std::lround(half_width / a.step());
   std::vector<Nearer> by_slice(static_cast<std::size_t>(g.size[2]));
-  const auto look = [&](std::int64_t k) {
+  const auto compare_slice = [&](std::int64_t k) {
     // the midline of the deepest flesh: the trunk's rather than the arms'
     double sum = 0, weight = 0;
     for (std::int64_t j = 0; j < g.size[1]; ++j)
@@ -56,7 +56,7 @@ Nearer nearer_skin(const Anatomy& a) {
     if (back > front + much) by_slice[static_cast<std::size_t>(k)].front = a.step();
   };
   in_turns(g.size[2], a.threads, [&](std::int64_t first, std::int64_t last) {
-    for (std::int64_t k = first; k < last; ++k) look(k);
+    for (std::int64_t k = first; k < last; ++k) compare_slice(k);
   });
   Nearer out;
   for (const Nearer& slice : by_slice) out.back += slice.back, out.front += slice.front;

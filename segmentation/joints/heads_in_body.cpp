@@ -183,7 +183,7 @@ bool HeadsInBody::femur_leads_on(const FoundSphere& ball, int side) const {
   Grid box = a.grid();
   box.size = {2 * half + 1, 2 * half + 1, 2 * half + 1};
   box.origin = a.grid().point(index - Vector3d::Constant(static_cast<double>(half)));
-  Volume<float> cost{box, std::vector<float>(box.count(), no_way)};
+  Volume<float> cost{box, std::vector<float>(box.count(), no_path)};
   Volume<std::uint8_t> seeds{box, std::vector<std::uint8_t>(box.count(), 0)};
   const double core = 0.6 * ball.radius;
   const std::array<std::int64_t, 3> at{std::lround(index[0]) - half, std::lround(index[1]) - half,
@@ -200,17 +200,17 @@ bool HeadsInBody::femur_leads_on(const FoundSphere& ball, int side) const {
     cost.voxels[o] = 1;
     seeds.voxels[o] = d.norm() < core;
   });
-  const auto ways = geodesic({cost, a.threads}, seeds, false, static_cast<float>(2 * far));
+  const auto paths = geodesic({cost, a.threads}, seeds, false, static_cast<float>(2 * far));
   double best = 1e9;
   const double beyond = 1.3 * ball.radius;  // the neck begins here
   visit([&](std::size_t o, const Vector3d& d, std::int64_t i, std::int64_t j, std::int64_t k) {
     // as far away as is in view, downwards, and outwards like the femoral neck
     const double r = d.norm();
-    if (ways.length(o) == no_way || d[2] > -0.45 * r || d[0] * outwards < 10) return;
+    if (paths.length(o) == no_path || d[2] > -0.45 * r || d[0] * outwards < 10) return;
     const std::int64_t next = i + (outwards > 0 ? 1 : -1);
     const bool at_side = r > beyond && !(a.grid().holds(next, j, k) && a.scan.seen.at(next, j, k));
     if (!at_side && std::abs(r - reach) > a.step()) return;
-    best = std::min(best, (ways.length(o) + core) / d.norm());
+    best = std::min(best, (paths.length(o) + core) / d.norm());
   });
   return best < detour;
 }

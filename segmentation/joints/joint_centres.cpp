@@ -11,7 +11,7 @@
 
 #include "segmentation/joints/bent_joints.hpp"
 #include "segmentation/joints/joint_end.hpp"
-#include "segmentation/joints/joints_along_way.hpp"
+#include "segmentation/joints/joints_along_path.hpp"
 #include "segmentation/joints/limb_lengths.hpp"
 #include "segmentation/joints/lone_heads.hpp"
 #include "threads/slabs.hpp"
@@ -97,12 +97,12 @@ std::optional<double> gap_below(const CloseUp& view, const BoneSection& section,
 }
 
 // The femoral condyles. `down`: unit direction of the thigh.
-JointEnd find_condyles(const LimbInBody& limb, const JointsAlongWay& joints, const Vector3d& down,
+JointEnd find_condyles(const LimbInBody& limb, const JointsAlongPath& joints, const Vector3d& down,
                        const std::optional<BentJoint>& bent_knee) {
   // the centre of the condyles lies one condyle radius above the joint's gap
   constexpr double condyle = 22;
   const double scale = limb.scale;
-  const Vector3d knee_line = limb.way.points[limb.way.index(joints.middle)];
+  const Vector3d knee_line = limb.path.points[limb.path.index(joints.middle)];
   const BoneSection end = section_of(limb, knee_line, down, 9, 65);
   const auto condyles_at = [&](const Vector3d& centre) {
     return joint_end(limb, centre, down,
@@ -121,23 +121,24 @@ JointEnd find_condyles(const LimbInBody& limb, const JointsAlongWay& joints, con
 }
 
 // Writes the knee and its epicondyles; the knee's centre, empty if the scan may end above it.
-std::optional<Vector3d> find_knee(const LimbInBody& limb, const JointsAlongWay& joints, Landmarks& marks) {
+std::optional<Vector3d> find_knee(const LimbInBody& limb, const JointsAlongPath& joints, Landmarks& marks) {
   const Anatomy& a = limb.anatomy;
-  const LimbWay& way = limb.way;
+  const LimbPath& path = limb.path;
   const double scale = limb.scale;
   const auto n = static_cast<std::size_t>(limb.side);
   const Vector3d root = limb.trunk.hip[n] ? limb.trunk.hip[n]->centre : *limb.trunk.femur[n];
-  const Vector3d down = (way.points[way.index(joints.middle)] - root).normalized();
+  const Vector3d down = (path.points[path.index(joints.middle)] - root).normalized();
   const auto bent_knee = bent_joint(a, limb.limbs, limb.limb, joints.middle, 70 * scale, 220 * scale);
   const JointEnd k = find_condyles(limb, joints, down, bent_knee);
   // near a right angle and beyond, the outlines of both bones overlap, unless their shafts locate the joint
   const double beyond = joints.middle + 150 * scale;
-  const Vector3d shank = way.points[way.index(beyond)] - way.points[way.index(joints.middle + 50 * scale)];
+  const Vector3d shank =
+      path.points[path.index(beyond)] - path.points[path.index(joints.middle + 50 * scale)];
   constexpr double bent = 0.26;  // cosine of 75 degrees
-  const bool folded = way.length() > beyond && shank.normalized().dot(down) < bent;
+  const bool folded = path.length() > beyond && shank.normalized().dot(down) < bent;
   // if the scan ends above a knee, the shaft that broadens towards it resembles its end
   constexpr double knee_in_view = 45;
-  if (!k.measured && way.cut && a.near_edge(k.centre + knee_in_view * scale * down, a.step()))
+  if (!k.measured && path.cut && a.near_edge(k.centre + knee_in_view * scale * down, a.step()))
     return std::nullopt;
   double deviation = !k.measured && folded && !bent_knee ? 45 * scale : k.deviation;
   // On condyles that the scan's end or side cuts, a cylinder fits only the part in view. The upper end of
@@ -145,9 +146,9 @@ std::optional<Vector3d> find_knee(const LimbInBody& limb, const JointsAlongWay& 
   constexpr double condyles_in_view = 30, thigh_in_view = 30, unlike_condyles = 60, half_wide = 40, cut = 12;
   if (a.near_edge(k.centre, half_wide * scale)) deviation = std::max(deviation, cut * scale);
   const bool child = a.size < child_size;  // 17 mm too proximal at 13 mm from the scan's end
-  if (way.cut && a.near_edge(k.centre + (child ? 2 : 1) * condyles_in_view * scale * down, a.step()))
+  if (path.cut && a.near_edge(k.centre + (child ? 2 : 1) * condyles_in_view * scale * down, a.step()))
     deviation = std::max(deviation, condyles_in_view * scale);
-  if (way.headless && a.near_edge(k.centre - thigh_in_view * scale * down, a.step()))
+  if (path.headless && a.near_edge(k.centre - thigh_in_view * scale * down, a.step()))
     deviation = std::max(deviation, unlike_condyles * scale);
   marks["knee" + limb.suffix] =
       found(k.centre, deviation,
@@ -158,13 +159,13 @@ std::optional<Vector3d> find_knee(const LimbInBody& limb, const JointsAlongWay& 
 }
 
 // Writes the ankle and the malleoli.
-void find_ankle(const LimbInBody& limb, const JointsAlongWay& joints, const Vector3d& knee,
+void find_ankle(const LimbInBody& limb, const JointsAlongPath& joints, const Vector3d& knee,
                 Landmarks& marks) {
   const Anatomy& a = limb.anatomy;
-  const LimbWay& way = limb.way;
+  const LimbPath& path = limb.path;
   const double scale = limb.scale;
   // continues straight along the shank, since the path itself turns into the foot before the joint
-  const Vector3d flare = way.points[way.index(joints.end - flare_to_ankle * scale)];
+  const Vector3d flare = path.points[path.index(joints.end - flare_to_ankle * scale)];
   const Vector3d along = (flare - knee).normalized();
   const JointEnd m =
       joint_end(limb, flare + flare_to_ankle * scale * along, along,
@@ -189,14 +190,14 @@ void find_leg(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
   const Limb name = side == left_side ? Limb::leg_left : Limb::leg_right;
   const LimbInBody limb{a, trunk, limbs, name, side, limbs.leg(side)};
   const auto n = static_cast<std::size_t>(side);
-  if (!(trunk.hip[n] || trunk.femur[n]) || !limb.way.present) return;
+  if (!(trunk.hip[n] || trunk.femur[n]) || !limb.path.present) return;
   if (const auto& head = trunk.hip[n])
     marks["hip" + limb.suffix] =
         found(head->centre, std::max(head->cut ? head->radius : 1.5, 2 * head->deviation),
               head->cut ? "bone: sphere on a femoral head that the scan's end may cut"
                         : "bone: sphere on the femoral head",
               head->radius);
-  const JointsAlongWay joints = leg_joints(limb.way, limb.scale);
+  const JointsAlongPath joints = leg_joints(limb.path, limb.scale);
   if (joints.middle == 0 || is_absent(trunk.absent, "shank", limb.suffix)) return;
   const auto knee = find_knee(limb, joints, marks);
   if (!knee || joints.end == 0 || is_absent(trunk.absent, "foot", limb.suffix)) return;
@@ -243,7 +244,7 @@ void turn_elbow(int side, const Vector3d& down, const Vector3d& along, Landmarks
     return;
   }
   // A straight elbow: assumes that the arm swung there by the shortest rotation. Its own axial rotation on
-  // the way is unknown.
+  // the path is unknown.
   const Vector3d swung = Eigen::Quaterniond::FromTwoVectors(-Vector3d::UnitZ(), down) *
                          Vector3d(side_sign(side) * Vector3d::UnitX());
   if (swung.dot(lateral.point - medial.point) < 0) std::swap(medial, lateral);
@@ -256,27 +257,27 @@ void turn_elbow(int side, const Vector3d& down, const Vector3d& along, Landmarks
 // A place on the path distal to a joint that gives the limb's direction if the next joint is not found: the
 // cut end, or the last place that surely is shaft. Empty if the path ends near the joint.
 constexpr double forearm_shaft = 200, shank_shaft = 300;  // mm
-std::optional<Vector3d> far_end_of(const LimbWay& way, const Vector3d& joint, double shaft) {
+std::optional<Vector3d> far_end_of(const LimbPath& path, const Vector3d& joint, double shaft) {
   constexpr double enough = 60;  // mm
   const auto off = [&](const Vector3d& p) { return (p - joint).norm(); };
-  auto end = std::prev(way.points.end());
-  if (!way.cut) {
-    end = std::min_element(way.points.begin(), way.points.end(),
+  auto end = std::prev(path.points.end());
+  if (!path.cut) {
+    end = std::min_element(path.points.begin(), path.points.end(),
                            [&](const auto& p, const auto& q) { return off(p) < off(q); });
-    while (std::next(end) != way.points.end() && off(*end) < shaft) ++end;
+    while (std::next(end) != path.points.end() && off(*end) < shaft) ++end;
   }
   return off(*end) > enough ? std::optional(*end) : std::nullopt;
 }
 
 // Writes the elbow and its epicondyles; its centre, empty if the scan may end above it. `down`: unit direction
 // of the upper arm.
-std::optional<Vector3d> find_elbow(const LimbInBody& limb, const JointsAlongWay& joints, const Vector3d& down,
-                                   Landmarks& marks) {
+std::optional<Vector3d> find_elbow(const LimbInBody& limb, const JointsAlongPath& joints,
+                                   const Vector3d& down, Landmarks& marks) {
   const Anatomy& a = limb.anatomy;
-  const LimbWay& way = limb.way;
+  const LimbPath& path = limb.path;
   const double scale = limb.scale;
   constexpr double trochlea = 10;
-  const Vector3d elbow_line = way.points[way.index(joints.middle)];
+  const Vector3d elbow_line = path.points[path.index(joints.middle)];
   const BoneSection end = section_of(limb, elbow_line, down, 6, 45);
   const JointEnd e = joint_end(limb, end.centre - trochlea * scale * down, down,
                                {22 * scale, 6 * scale, 16 * scale, 24, 15 * scale, 45 * scale, 0.5, 1,
@@ -284,7 +285,7 @@ std::optional<Vector3d> find_elbow(const LimbInBody& limb, const JointsAlongWay&
                                bent_joint(a, limb.limbs, limb.limb, joints.middle, 50 * scale, 160 * scale));
   // if the scan ends above an elbow, the shaft that broadens towards it resembles its end
   constexpr double joint_in_view = 30;
-  if (way.cut && a.near_edge(e.centre + joint_in_view * scale * down, a.step())) return std::nullopt;
+  if (path.cut && a.near_edge(e.centre + joint_in_view * scale * down, a.step())) return std::nullopt;
   // Extra deviation on large voxels: of epicondyles by outlines above 5 mm, of cylinders above 4 mm (9 mm off
   // in 2 of 6 children at 3 mm, whose voxels are as large relative to the body).
   const double edge = std::max(std::cbrt(a.source->grid.voxel_volume()), a.step());
@@ -301,15 +302,15 @@ std::optional<Vector3d> find_elbow(const LimbInBody& limb, const JointsAlongWay&
 }
 
 // Writes the wrist; returns the unit direction of the forearm.
-Vector3d find_wrist(const LimbInBody& limb, const JointsAlongWay& joints, const Vector3d& elbow,
+Vector3d find_wrist(const LimbInBody& limb, const JointsAlongPath& joints, const Vector3d& elbow,
                     Landmarks& marks) {
   const Anatomy& a = limb.anatomy;
-  const LimbWay& way = limb.way;
+  const LimbPath& path = limb.path;
   const double scale = limb.scale;
   // the joint's line is perpendicular to the forearm, between the sides of the styloids just above it
-  const Vector3d by_sections = way.points[way.index(joints.end)];
+  const Vector3d by_sections = path.points[path.index(joints.end)];
   const LikelyWrist likely = a.gap_may_fuse(scale)
-                                 ? likely_wrist(wrist_places(way, elbow, scale), by_sections, scale)
+                                 ? likely_wrist(wrist_places(path, elbow, scale), by_sections, scale)
                                  : LikelyWrist{by_sections, true, 0};
   const Vector3d& line = likely.point;
   const Vector3d along = (line - elbow).normalized();
@@ -329,8 +330,8 @@ Vector3d find_wrist(const LimbInBody& limb, const JointsAlongWay& joints, const 
     }
   // if the scan cuts an arm and the voxels show no gap, a dip in the forearm's section may pass for the wrist
   constexpr double hand_tells = 90;
-  const double in_view = (way.points.back() - wrist).norm();
-  const bool may_be_beyond = way.cut && a.gap_may_fuse(scale) && in_view < hand_tells * scale;
+  const double in_view = (path.points.back() - wrist).norm();
+  const bool may_be_beyond = path.cut && a.gap_may_fuse(scale) && in_view < hand_tells * scale;
   marks["wrist" + limb.suffix] = found(
       wrist,
       std::hypot(5, a.gaps_unseen(scale), std::max(likely.deviation, may_be_beyond ? 0.5 * in_view : 0.0)),
@@ -341,22 +342,22 @@ Vector3d find_wrist(const LimbInBody& limb, const JointsAlongWay& joints, const 
 void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side, Landmarks& marks) {
   const Limb name = side == left_side ? Limb::arm_left : Limb::arm_right;
   const LimbInBody limb{a, trunk, limbs, name, side, limbs.arm(side)};
-  const LimbWay& way = limb.way;
+  const LimbPath& path = limb.path;
   const auto n = static_cast<std::size_t>(side);
-  if (!trunk.shoulder[n] || !way.present) return;
+  if (!trunk.shoulder[n] || !path.present) return;
   const FoundSphere& head = *trunk.shoulder[n];
   marks["shoulder" + limb.suffix] =
       found(head.centre, std::max(head.cut ? head.radius : 2.0, 2 * head.deviation),
             head.cut ? "bone: sphere on a humeral head that the scan's end may cut"
                      : "bone: sphere on the humeral head",
             head.radius);
-  const JointsAlongWay joints = arm_joints(way, limb.scale);
+  const JointsAlongPath joints = arm_joints(path, limb.scale);
   if (joints.middle == 0 || is_absent(trunk.absent, "forearm", limb.suffix)) return;
-  const Vector3d down = (way.points[way.index(joints.middle)] - head.centre).normalized();
+  const Vector3d down = (path.points[path.index(joints.middle)] - head.centre).normalized();
   const auto elbow = find_elbow(limb, joints, down, marks);
   if (!elbow) return;
   if (joints.end == 0 || is_absent(trunk.absent, "hand", limb.suffix)) {
-    if (const auto beyond = far_end_of(way, *elbow, forearm_shaft * limb.scale))
+    if (const auto beyond = far_end_of(path, *elbow, forearm_shaft * limb.scale))
       turn_elbow(side, down, (*beyond - *elbow).normalized(), marks);
     return;
   }
@@ -368,7 +369,7 @@ void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
 void place_far_ends(const Limbs& limbs, double scale, Landmarks& marks) {
   constexpr double beside = 12;  // mm: the path follows one of two bones
   struct LowerLimb {
-    const LimbWay* way;
+    const LimbPath* path;
     const char *joint, *beyond, *name;
     double shaft;
   };
@@ -377,10 +378,10 @@ void place_far_ends(const Limbs& limbs, double scale, Landmarks& marks) {
                                   LowerLimb{&limbs.leg(side), "knee", "ankle", "shank_end", shank_shaft}}) {
       const std::string at = side_suffix(side);
       const auto from = marks.find(limb.joint + at);
-      if (!limb.way->present || from == marks.end() || marks.contains(limb.beyond + at)) continue;
-      if (const auto end = far_end_of(*limb.way, from->second.point, limb.shaft * scale))
+      if (!limb.path->present || from == marks.end() || marks.contains(limb.beyond + at)) continue;
+      if (const auto end = far_end_of(*limb.path, from->second.point, limb.shaft * scale))
         marks[limb.name + at] = found(
-            *end, beside, limb.way->cut ? "bone: where the scan cuts it" : "bone: as far as it surely goes");
+            *end, beside, limb.path->cut ? "bone: where the scan cuts it" : "bone: as far as it surely goes");
     }
 }
 

@@ -21,7 +21,7 @@ struct LimbInBody {
   const Limbs& limbs;
   Limb limb;
   int side;
-  const LimbWay& way;
+  const LimbPath& path;
   std::string suffix = side_suffix(side);  ///< of its landmarks' names
   double scale = trunk.scale;              ///< the body's size, see Trunk
   Eigen::Vector3d left = body_left(trunk);

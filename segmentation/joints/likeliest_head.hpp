@@ -21,7 +21,7 @@ std::optional<FoundSphere> likeliest_head(const Anatomy& a, const HeadsInBody& b
   std::optional<FoundSphere> best;
   double most = 0;
   std::vector<Eigen::Vector3d> places;
-  const auto look_about = [&](const Eigen::Vector3d& place, double reach) {
+  const auto search_near = [&](const Eigen::Vector3d& place, double reach) {
     if (std::any_of(places.begin(), places.end(),
                     [&](const Eigen::Vector3d& other) { return (other - place).norm() < reach; }))
       return false;
@@ -34,8 +34,8 @@ std::optional<FoundSphere> likeliest_head(const Anatomy& a, const HeadsInBody& b
     return true;
   };
   for (const FoundSphere& vote : candidates.votes())
-    if (places.size() < most_places && fits(vote)) look_about(vote.centre, same);
-  for (int round = 0; round < 3 && best && look_about(best->centre, again);) ++round;
+    if (places.size() < most_places && fits(vote)) search_near(vote.centre, same);
+  for (int round = 0; round < 3 && best && search_near(best->centre, again);) ++round;
   return best;
 }
 

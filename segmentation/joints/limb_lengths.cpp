@@ -49,25 +49,25 @@ struct Side {
 void place_cut_ankles(const Trunk& trunk, const Limbs& limbs, Landmarks& marks) {
   for (const int side : {left_side, right_side}) {
     const std::string at = side_suffix(side), other = side_suffix(1 - side);
-    const LimbWay& way = limbs.leg(side);
+    const LimbPath& path = limbs.leg(side);
     const auto knee = marks.find("knee" + at), far_knee = marks.find("knee" + other),
                far_ankle = marks.find("ankle" + other);
     if (is_absent(trunk.absent, "foot", at)) continue;
-    if (!way.present || knee == marks.end() || marks.contains("ankle" + at) || far_knee == marks.end() ||
+    if (!path.present || knee == marks.end() || marks.contains("ankle" + at) || far_knee == marks.end() ||
         far_ankle == marks.end())
       continue;
     const double length = (far_ankle->second.point - far_knee->second.point).norm();
     bool past_knee = false, cut = false;
-    for (std::size_t n = 0; n < way.points.size(); ++n) {
-      const double r = (way.points[n] - knee->second.point).norm();
+    for (std::size_t n = 0; n < path.points.size(); ++n) {
+      const double r = (path.points[n] - knee->second.point).norm();
       past_knee = past_knee || r < 40;
       if (!past_knee) continue;
-      cut = cut || way.at_edge[n];
+      cut = cut || path.at_edge[n];
       if (r < length) continue;
       // left and right lengths differ by about 2 %; the path stays within the visible part of the bones
       constexpr double within = 15;
       if (cut)
-        marks["ankle" + at] = {way.points[n], std::hypot(0.02 * length, within), 0,
+        marks["ankle" + at] = {path.points[n], std::hypot(0.02 * length, within), 0,
                                "proportion: the other leg's length along the shank"};
       break;
     }

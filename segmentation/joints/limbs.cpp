@@ -85,8 +85,8 @@ void mark_ball(const Anatomy& a, const Vector3d& centre, double r, Limb limb, Vo
       }
 }
 
-LimbWay follow(const Anatomy& a, const Geodesic& territory, Limb limb) {
-  LimbWay way;
+LimbPath follow(const Anatomy& a, const Geodesic& territory, Limb limb) {
+  LimbPath path;
   const auto& g = a.grid();
   const auto nx = static_cast<std::uint32_t>(g.size[0]), ny = static_cast<std::uint32_t>(g.size[1]);
   const auto point = [&](std::uint32_t o) {
@@ -100,20 +100,20 @@ LimbWay follow(const Anatomy& a, const Geodesic& territory, Limb limb) {
   for (std::size_t o = 0; o < g.count(); ++o) {
     if (!a.bone.voxels[o] || territory.owner.voxels[o] != static_cast<std::uint8_t>(limb)) continue;
     const float length = territory.length(o);
-    const auto n = static_cast<std::size_t>(length / LimbWay::spacing);
+    const auto n = static_cast<std::size_t>(length / LimbPath::spacing);
     if (n >= shell.size()) shell.resize(n + 1, 0), at_edge.resize(n + 1, 0);
-    shell[n] += voxel / LimbWay::spacing;
+    shell[n] += voxel / LimbPath::spacing;
     if (!at_edge[n] && a.near_edge(point(static_cast<std::uint32_t>(o)), a.step())) at_edge[n] = 1;
     if (length > farthest) farthest = length, end = static_cast<std::uint32_t>(o);
   }
-  if (farthest <= 0) return way;
-  way.present = true;
-  way.cut = a.near_edge(point(end), 8);
+  if (farthest <= 0) return path;
+  path.present = true;
+  path.cut = a.near_edge(point(end), 8);
   // resamples at equal path lengths, then smooths over about 15 mm
-  const auto voxels = territory.way_to(end);
+  const auto voxels = territory.path_to(end);
   std::vector<Vector3d> raw;
   std::size_t at = 0;
-  for (double s = 0; s <= farthest; s += LimbWay::spacing) {
+  for (double s = 0; s <= farthest; s += LimbPath::spacing) {
     while (at + 1 < voxels.size() && territory.length(voxels[at + 1]) <= s) ++at;
     Vector3d p = point(voxels[at]);
     if (at + 1 < voxels.size()) {
@@ -122,7 +122,7 @@ LimbWay follow(const Anatomy& a, const Geodesic& territory, Limb limb) {
     }
     raw.push_back(p);
     const Vector3d index = g.index(p);
-    way.off_bone.push_back(
+    path.off_bone.push_back(
         a.off_bone.at(std::lround(index[0]), std::lround(index[1]), std::lround(index[2])));
   }
   const auto count = static_cast<std::int64_t>(raw.size());
@@ -134,12 +134,12 @@ LimbWay follow(const Anatomy& a, const Geodesic& territory, Limb limb) {
     int shells = 0;
     for (std::int64_t q = std::max<std::int64_t>(0, n - 1); q <= std::min(count - 1, n + 1); ++q, ++shells)
       area += static_cast<std::size_t>(q) < shell.size() ? shell[static_cast<std::size_t>(q)] : 0;
-    way.points.push_back(sum / static_cast<double>(2 * half + 1));
-    way.section.push_back(area / shells);
-    way.at_edge.push_back(static_cast<std::size_t>(n) < at_edge.size() &&
-                          at_edge[static_cast<std::size_t>(n)]);
+    path.points.push_back(sum / static_cast<double>(2 * half + 1));
+    path.section.push_back(area / shells);
+    path.at_edge.push_back(static_cast<std::size_t>(n) < at_edge.size() &&
+                           at_edge[static_cast<std::size_t>(n)]);
   }
-  return way;
+  return path;
 }
 
 constexpr float longest_limb = 3000;  // mm of path
@@ -155,14 +155,14 @@ constexpr SeedKinds kind_of_limb{
 Limbs limbs_of(const Anatomy& a, const Trunk& trunk, Geodesic territory) {
   Limbs limbs;
   limbs.territory = std::move(territory);
-  in_turns(std::ssize(limbs.way) - 1, a.threads, [&](std::int64_t first, std::int64_t last) {
+  in_turns(std::ssize(limbs.path) - 1, a.threads, [&](std::int64_t first, std::int64_t last) {
     for (auto n = static_cast<std::size_t>(first) + 1; n <= static_cast<std::size_t>(last); ++n) {
       const bool leg = n <= 2;
       const auto& head = leg ? trunk.hip[n - 1] : trunk.shoulder[n - 3];
       const bool headless = leg && trunk.femur[n - 1];
       if (leg ? trunk.no_leg[n - 1] : trunk.no_arm[n - 3]) continue;
-      if (head || headless) limbs.way[n] = follow(a, limbs.territory, static_cast<Limb>(n));
-      limbs.way[n].headless = headless;
+      if (head || headless) limbs.path[n] = follow(a, limbs.territory, static_cast<Limb>(n));
+      limbs.path[n].headless = headless;
     }
   });
   return limbs;
@@ -194,7 +194,7 @@ Geodesic territory_of_kept_trunk(const Anatomy& a, const Trunk& trunk, const Vol
   constexpr auto axial = static_cast<std::uint8_t>(Limb::axial);
   Volume<float> open = cost;
   for (std::size_t o = 0; o < open.voxels.size(); ++o)
-    if (a.off_bone[o] > 0) open.voxels[o] = no_way;
+    if (a.off_bone[o] > 0) open.voxels[o] = no_path;
   const auto joined = nearest_seeds(walled(a, {open, a.threads}, kind_of_limb), seeds,
                                     static_cast<float>(along_bone * trunk.scale));
   Volume<std::uint8_t> wider = seeds;
@@ -204,7 +204,7 @@ Geodesic territory_of_kept_trunk(const Anatomy& a, const Trunk& trunk, const Vol
       geodesic(walled(a, {cost, a.threads}, kind_of_limb), wider, false, static_cast<float>(beyond));
   open = cost;
   for (std::size_t o = 0; o < wider.voxels.size(); ++o) {
-    if (kept.owner.voxels[o] == axial) open.voxels[o] = no_way;
+    if (kept.owner.voxels[o] == axial) open.voxels[o] = no_path;
     if (wider.voxels[o] == axial) wider.voxels[o] = 0;
   }
   Geodesic territory = geodesic(walled(a, {open, a.threads}, kind_of_limb), wider, true, longest_limb);
@@ -238,8 +238,8 @@ void part_arms(const Anatomy& a, const Volume<float>& cost, const Volume<std::ui
   Volume<float> open = cost;
   for (std::size_t o = 0; o < open.voxels.size(); ++o) {
     const double off = a.off_bone[o];
-    if (open.voxels[o] == no_way || off > widest) {
-      open.voxels[o] = no_way;
+    if (open.voxels[o] == no_path || off > widest) {
+      open.voxels[o] = no_path;
     } else {
       const double dark = off > 0 ? std::clamp((bone - a.scan.hu.voxels[o]) / (bone - soft), 0.0, 1.0) : 0;
       open.voxels[o] = along_bone + static_cast<float>(dark * dark * (step_cost(off) - 1));
@@ -253,7 +253,7 @@ void part_arms(const Anatomy& a, const Volume<float>& cost, const Volume<std::ui
     open = cost;
     Volume<std::uint8_t> from = seeds;
     for (std::size_t o = 0; o < open.voxels.size(); ++o) {
-      if (joined.voxels[o] == other) open.voxels[o] = no_way;
+      if (joined.voxels[o] == other) open.voxels[o] = no_path;
       if (from.voxels[o] == other) from.voxels[o] = 0;
     }
     alone[n] = geodesic(walled(a, {open, a.threads}, kind_of_limb), from, true, longest_limb);
@@ -262,9 +262,9 @@ void part_arms(const Anatomy& a, const Volume<float>& cost, const Volume<std::ui
   territory = std::move(alone[0]);
   territory.take_nearer(alone[1]);
   for (std::size_t n = 0; n < 2; ++n) {
-    if (n == 1) territory.take_ways(std::move(alone[1]));
-    LimbWay& way = limbs.way[static_cast<std::size_t>(arms[n])];
-    if (way.present) way = follow(a, territory, arms[n]);
+    if (n == 1) territory.take_paths(std::move(alone[1]));
+    LimbPath& path = limbs.path[static_cast<std::size_t>(arms[n])];
+    if (path.present) path = follow(a, territory, arms[n]);
   }
 }
 
@@ -274,7 +274,7 @@ Limbs trace_limbs(const Anatomy& a, const Trunk& trunk) {
   const auto& g = a.grid();
   const auto cost_at = [&](std::size_t o) {
     const float off = a.off_bone[o];
-    return a.body.voxels[o] && off < 40 ? static_cast<float>(step_cost(off)) : no_way;
+    return a.body.voxels[o] && off < 40 ? static_cast<float>(step_cost(off)) : no_path;
   };
   const auto cost = [&] {
     Volume<float> out{g, std::vector<float>(g.count())};
@@ -304,10 +304,10 @@ Limbs trace_limbs(const Anatomy& a, const Trunk& trunk) {
   // along its arm. The arm then ends early, or before the other arm does.
   constexpr double far_enough = 500, gained = 100;  // mm; a whole arm's path has about 700
   const auto ends_early = [&](int side) {
-    const LimbWay &way = limbs.arm(side), &other = limbs.arm(1 - side);
-    return way.present && !way.cut &&
-           (way.length() < far_enough * trunk.scale ||
-            (other.present && way.length() < other.length() - gained * trunk.scale));
+    const LimbPath &path = limbs.arm(side), &other = limbs.arm(1 - side);
+    return path.present && !path.cut &&
+           (path.length() < far_enough * trunk.scale ||
+            (other.present && path.length() < other.length() - gained * trunk.scale));
   };
   if (!ends_early(left_side) && !ends_early(right_side)) return limbs;
   Limbs kept = limbs_of(a, trunk, territory_of_kept_trunk(a, trunk, cost(), seeds));

@@ -14,7 +14,7 @@ namespace borelli {
 /// The limb whose bones are nearest to a voxel, measured along bones: the owner in `Limbs::territory`.
 enum class Limb : std::uint8_t { none, leg_left, leg_right, arm_left, arm_right, axial };
 
-struct LimbWay {
+struct LimbPath {
   bool present = false;
   bool cut = false;                     ///< the path ends at the scan's edge
   bool headless = false;                ///< its root is a section of the shaft that the scan cuts, not a head
@@ -31,11 +31,11 @@ struct LimbWay {
 };
 
 struct Limbs {
-  Geodesic territory;            ///< paths along bones from heads and trunk; length in mm, gaps weighted
-  std::array<LimbWay, 5> way{};  ///< by Limb; [0] unused
+  Geodesic territory;              ///< paths along bones from heads and trunk; length in mm, gaps weighted
+  std::array<LimbPath, 5> path{};  ///< by Limb; [0] unused
 
-  const LimbWay& leg(int side) const { return way[static_cast<std::size_t>(side) + 1]; }
-  const LimbWay& arm(int side) const { return way[static_cast<std::size_t>(side) + 3]; }
+  const LimbPath& leg(int side) const { return path[static_cast<std::size_t>(side) + 1]; }
+  const LimbPath& arm(int side) const { return path[static_cast<std::size_t>(side) + 3]; }
   bool arms_meet = false;  ///< the two arms' bones, with the flesh next to them, touch
   /// True in an arm's bones and in the flesh next to them.
   bool arm_at(std::int64_t i, std::int64_t j, std::int64_t k) const {

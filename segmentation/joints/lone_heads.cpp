@@ -113,14 +113,14 @@ std::optional<FoundSphere> hip_of(int side, const Anatomy& a, const HeadsInBody&
 void find_lone_hip(const Anatomy& a, const HeadsInBody& body, RoundHeads& candidates, Trunk& trunk) {
   for (const int side : {left_side, right_side}) {
     const auto n = static_cast<std::size_t>(side), other = 1 - n;
-    const bool told = is_absent(trunk.absent, "thigh", side_suffix(1 - side));
-    if (is_absent(trunk.absent, "thigh", side_suffix(side)) || (trunk.hip[0] && !told)) continue;
+    const bool stated = is_absent(trunk.absent, "thigh", side_suffix(1 - side));
+    if (is_absent(trunk.absent, "thigh", side_suffix(side)) || (trunk.hip[0] && !stated)) continue;
     const bool shoulders = trunk.shoulder[0] && trunk.shoulder[1];
-    if (!told && !shoulders) continue;  // a single hip is hard to distinguish from other round bone
+    if (!stated && !shoulders) continue;  // a single hip is hard to distinguish from other round bone
     const auto hip = hip_of(side, a, body, candidates, trunk);
     if (!hip) continue;
     const double middle = shoulders ? middle_x(trunk.shoulder) : hip->centre[0] - side_sign(side) * hips_half;
-    if (!told && !leg_is_gone(a, *hip, middle, side)) continue;
+    if (!stated && !leg_is_gone(a, *hip, middle, side)) continue;
     trunk.hip[n] = *hip, trunk.hip[other] = mirror_image(*hip, middle);
     trunk.no_leg[other] = true;
     return;
@@ -132,9 +132,9 @@ void find_lone_shoulder(const Anatomy& a, const HeadsInBody& body, RoundHeads& c
   const double middle = middle_x(trunk.hip);
   for (const int side : {left_side, right_side}) {
     const auto n = static_cast<std::size_t>(side), other = 1 - n;
-    const bool told = is_absent(trunk.absent, "upper_arm", side_suffix(1 - side));
+    const bool stated = is_absent(trunk.absent, "upper_arm", side_suffix(1 - side));
     if (is_absent(trunk.absent, "upper_arm", side_suffix(side))) continue;
-    if (!told && trunk.shoulder[n]) {
+    if (!stated && trunk.shoulder[n]) {
       // a false pair of heads lies farther medial, among the ribs
       Vector3d outer = trunk.shoulder[n]->centre;
       const double aside = std::max(std::abs(trunk.shoulder[0]->centre[0] - middle),
@@ -145,10 +145,10 @@ void find_lone_shoulder(const Anatomy& a, const HeadsInBody& body, RoundHeads& c
     const auto shoulder = find_shoulder_over(*trunk.hip[n], side, a, body, candidates);
     // a true pair has two heads, however short the other arm's stump
     constexpr double same = 10;  // mm
-    if (shoulder && !told && trunk.shoulder[n] &&
+    if (shoulder && !stated && trunk.shoulder[n] &&
         (trunk.shoulder[n]->centre - shoulder->centre).norm() < same)
       return;
-    if (!shoulder || (!told && !arm_is_gone(a, shoulder->centre, middle, side, 0.1))) continue;
+    if (!shoulder || (!stated && !arm_is_gone(a, shoulder->centre, middle, side, 0.1))) continue;
     trunk.shoulder[n] = *shoulder, trunk.shoulder[other] = mirror_image(*shoulder, middle);
     trunk.no_arm[other] = true;
     return;
@@ -180,7 +180,7 @@ void put_middle_of_hips(const Trunk& trunk, Landmarks& marks) {
         trunk.no_leg[static_cast<std::size_t>(side)] && hip != marks.end())
       marks["mid_hip"] = {0.5 * (trunk.hip[0]->centre + trunk.hip[1]->centre),
                           std::hypot(hip->second.deviation, alike), 0,
-                          "mirror image: middle of the hip centres"};
+                          "middle of the hip centres, one of them mirrored"};
 }
 
 void settle_lone_heads(Trunk& trunk) {

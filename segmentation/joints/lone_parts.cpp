@@ -7,7 +7,7 @@
 
 #include "segmentation/body/bone_edges.hpp"
 #include "segmentation/grid/morphology.hpp"
-#include "segmentation/joints/joints_along_way.hpp"
+#include "segmentation/joints/joints_along_path.hpp"
 #include "segmentation/joints/limbs.hpp"
 
 namespace borelli {
@@ -42,11 +42,11 @@ double size_of_legs(const Limbs& limbs) {
   constexpr double knee_to_ankle = 434, condyle = 22, least = 0.6, most = 1.3;  // mm of an adult
   double sum = 0;
   for (const int side : {left_side, right_side}) {
-    const LimbWay& way = limbs.leg(side);
-    if (!way.present) return 0;
+    const LimbPath& path = limbs.leg(side);
+    if (!path.present) return 0;
     double scale = 1;
     for (int round = 0; round < 4; ++round) {
-      const JointsAlongWay joints = leg_joints(way, scale);
+      const JointsAlongPath joints = leg_joints(path, scale);
       if (joints.end == 0) return 0;
       scale = (joints.end - joints.middle) / (knee_to_ankle - condyle);
       if (scale < least || scale > most) return 0;
@@ -95,8 +95,8 @@ std::optional<Brain> find_brain(const Anatomy& a) {
   for (const Region& piece : pieces.list) {
     if (static_cast<double>(piece.voxels) * g.voxel_volume() < least_core) break;  // the largest come first
     const Vector3d centre = g.point(piece.centre);
-    int hits = 0, open = 0, all = 0, soft = 0, on_way = 0;
-    double way = 0;
+    int hits = 0, open = 0, all = 0, soft = 0, passed = 0;
+    double radius_sum = 0;
     for (const Vector3d& u : even_directions(300)) {
       ++all;
       double r = 0;
@@ -116,11 +116,11 @@ std::optional<Brain> find_brain(const Anatomy& a) {
       if (left) {
         ++open;
       } else if (hit && r > nearest) {
-        ++hits, way += r, soft += soft_here, on_way += here;
+        ++hits, radius_sum += r, soft += soft_here, passed += here;
       }
     }
-    if (open < most_open * all && hits > round * (all - open) && soft > all_soft * on_way)
-      return Brain{centre, way / hits};
+    if (open < most_open * all && hits > round * (all - open) && soft > all_soft * passed)
+      return Brain{centre, radius_sum / hits};
   }
   return std::nullopt;
 }

@@ -55,15 +55,15 @@ std::optional<Vector3d> along_shaft(const Anatomy& a, const Limbs& limbs, Limb l
 
 // The same for a bone hardly in view, from the path: along the mean direction from the head to the path's
 // points clear of the scan's side.
-std::optional<Vector3d> along_way(const Anatomy& a, const LimbWay& way, const Vector3d& head, double length,
-                                  double scale) {
+std::optional<Vector3d> along_path(const Anatomy& a, const LimbPath& path, const Vector3d& head,
+                                   double length, double scale) {
   const double first = 60 * scale, last = 230 * scale, clear = 8, least = 60 * scale;
   Vector3d sum = Vector3d::Zero();
   double seen = 0;
-  for (const Vector3d& p : way.points) {
+  for (const Vector3d& p : path.points) {
     const double r = (p - head).norm();
     if (r < first || r > last || a.near_edge(p, clear)) continue;
-    sum += p - head, seen += LimbWay::spacing;
+    sum += p - head, seen += LimbPath::spacing;
   }
   if (seen < least) return std::nullopt;
   return Vector3d(head + length * sum.normalized());
@@ -95,16 +95,16 @@ void place_missing_elbows(const Anatomy& a, const Limbs& limbs, const Volume<std
     const std::string at = side_suffix(side), other = side_suffix(1 - side);
     if (is_absent(trunk.absent, "forearm", at)) continue;
     const Limb limb = side == left_side ? Limb::arm_left : Limb::arm_right;
-    const LimbWay& way = limbs.arm(side);
+    const LimbPath& path = limbs.arm(side);
     const auto shoulder = marks.find("shoulder" + at);
-    if (!way.present || !way.cut || shoulder == marks.end() || marks.contains("elbow" + at)) continue;
+    if (!path.present || !path.cut || shoulder == marks.end() || marks.contains("elbow" + at)) continue;
     const Vector3d head = shoulder->second.point;
     const auto far_shoulder = marks.find("shoulder" + other), far_elbow = marks.find("elbow" + other);
     const bool mirrored = far_shoulder != marks.end() && far_elbow != marks.end();
     const double length =
         mirrored ? (far_elbow->second.point - far_shoulder->second.point).norm() : 281.7 * scale;
     auto elbow = along_shaft(a, limbs, limb, head, length, scale);
-    if (!elbow) elbow = along_way(a, way, head, length, scale);
+    if (!elbow) elbow = along_path(a, path, head, length, scale);
     if (!elbow) continue;
     const Vector3d along = (*elbow - head).normalized();
     if (flesh_beyond(a, owner, part_label("upper_arm" + at), *elbow, along) < piece) continue;

@@ -93,13 +93,13 @@ void mirror_sides(const Trunk& trunk, const Limbs& limbs, Landmarks& marks) {
     Landmark mark = it->second;
     mark.point[0] = 2 * middle - mark.point[0];
     mark.deviation = std::hypot(mark.deviation, alike);
-    mark.source = "mirror image: of the other side's";
+    mark.source = "mirror image of the other side's";
     marks[stem + other] = mark;
   }
   if (const auto hip = marks.find("hip" + own); hip != marks.end())
     marks["mid_hip"] = {Vector3d(middle, hip->second.point[1], hip->second.point[2]),
                         std::hypot(hip->second.deviation, trunk.middle_off), 0,
-                        "mirror image: middle of the hip centres"};
+                        "middle of the hip centres, one of them mirrored"};
 }
 
 void put_in_middle(const Trunk& trunk, Landmarks& marks) {

@@ -85,7 +85,7 @@ std::optional<Pair> find_heads(const Anatomy& a, const LimbRoots& roots, RoundHe
     Balls balls;
   };
   std::array<Side, 2> sides;
-  const auto look_about = [&](Side& side, const Vector3d& place, double reach) {
+  const auto search_near = [&](Side& side, const Vector3d& place, double reach) {
     if (std::any_of(side.places.begin(), side.places.end(),
                     [&](const Vector3d& other) { return (other - place).norm() < reach; }))
       return false;
@@ -97,36 +97,37 @@ std::optional<Pair> find_heads(const Anatomy& a, const LimbRoots& roots, RoundHe
   const auto voted = pairs(candidates.votes(), roots, apart, level, fits);
   if (voted.empty()) return std::nullopt;
   for (const Pair& pair : voted) {
-    if (sides[0].places.size() < most_places) look_about(sides[0], pair.left.centre, same);
-    if (sides[1].places.size() < most_places) look_about(sides[1], pair.right.centre, same);
+    if (sides[0].places.size() < most_places) search_near(sides[0], pair.left.centre, same);
+    if (sides[1].places.size() < most_places) search_near(sides[1], pair.right.centre, same);
   }
   Pair best;
-  const auto look_on = [&] {
+  const auto improve = [&] {
     best = likeliest(a, roots, sides[0].balls, sides[1].balls, apart, level, fits, holds);
     for (int round = 0; round < 3 && best.score > 0; ++round) {
-      const bool left = look_about(sides[0], best.left.centre, again),
-                 right = look_about(sides[1], best.right.centre, again);
+      const bool left = search_near(sides[0], best.left.centre, again),
+                 right = search_near(sides[1], best.right.centre, again);
       if (!left && !right) break;
       best = likeliest(a, roots, sides[0].balls, sides[1].balls, apart, level, fits, holds);
     }
   };
-  look_on();
+  improve();
   // If the edges scatter by more than the voxels explain, the sphere is a compromise between head and socket.
   // The head itself may then lie beside it: outwards, or else anywhere.
   const double scatter = 0.4 * a.source->grid.spacing().maxCoeff();
-  const auto look_beside = [&](const std::vector<Vector3d>& outwards_on_the_left) {
-    bool looked = false;
+  const auto search_beside = [&](const std::vector<Vector3d>& outwards_on_the_left) {
+    bool searched = false;
     for (std::size_t n = 0; n < 2 && best.score > 0; ++n) {
       const FoundSphere head = n == 0 ? best.left : best.right;
       if (head.deviation <= scatter) continue;
-      for (const Vector3d& way : outwards_on_the_left)
-        looked =
-            look_about(sides[n], head.centre + beside * (n == 0 ? way : Vector3d(-way)), again) || looked;
+      for (const Vector3d& direction : outwards_on_the_left)
+        searched = search_near(sides[n], head.centre + beside * (n == 0 ? direction : Vector3d(-direction)),
+                               again) ||
+                   searched;
     }
-    if (looked) look_on();
+    if (searched) improve();
   };
-  look_beside({Vector3d::UnitX()});
-  look_beside(
+  search_beside({Vector3d::UnitX()});
+  search_beside(
       {-Vector3d::UnitX(), Vector3d::UnitY(), -Vector3d::UnitY(), Vector3d::UnitZ(), -Vector3d::UnitZ()});
   if (best.score > 0) return best;
   const auto voted_head = std::find_if(voted.begin(), voted.end(),

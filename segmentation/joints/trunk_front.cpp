@@ -30,7 +30,7 @@ TrunkFront::TrunkFront(const Anatomy& a, const Trunk& trunk, const Limbs& limbs,
   const std::array<std::int64_t, 3> last{index(middle + aside, 0), g.size[1] - 1, index(high, 2)};
   Grid box = g;
   for (std::size_t c = 0; c < 3; ++c) box.size[c] = last[c] - first_[c] + 1;
-  Volume<float> cost{box, std::vector<float>(box.count(), no_way)};
+  Volume<float> cost{box, std::vector<float>(box.count(), no_path)};
   Volume<std::uint8_t> seeds{box, std::vector<std::uint8_t>(box.count(), 0)};
   for (std::int64_t k = 0; k < box.size[2]; ++k)
     for (std::int64_t j = 0; j < box.size[1]; ++j)

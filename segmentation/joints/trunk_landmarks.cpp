@@ -247,7 +247,7 @@ void find_neck(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, Landmar
 void doubt_front(const Trunk& trunk, const Limbs& limbs, Landmarks& marks) {
   constexpr double arm_thick = 40, shortest = 230;  // mm; of an upper arm about 280
   for (const int side : {left_side, right_side}) {
-    const LimbWay& arm = limbs.arm(side);
+    const LimbPath& arm = limbs.arm(side);
     if (!arm.present || arm.cut || marks.contains(std::string("elbow") + side_suffix(side))) continue;
     if (is_absent(trunk.absent, "forearm", side_suffix(side)) || arm.length() < shortest * trunk.scale)
       continue;
@@ -278,7 +278,9 @@ void find_trunk_landmarks(const Anatomy& a, const Trunk& trunk, const Limbs& lim
 
   // if the scan's side cuts off the skin, the point lies on that side, and only its level is valid
   const auto hidden = [&](const Vector3d& skin) -> std::string {
-    return a.sees(skin - Vector3d(0, 2 * a.step(), 0)) ? "" : "; its level alone, the skin is out of view";
+    return a.sees(skin - Vector3d(0, 2 * a.step(), 0))
+               ? ""
+               : "; only its level is known, because the skin is out of view";
   };
   double xiphion = bottom + length * (omphalion_to_hip + xiphion_to_omphalion) / neck_to_hip;
   if (const auto sternum = find_sternum(a, trunk, limbs, bottom + 0.45 * length, bottom + 1.0 * length)) {
@@ -291,7 +293,8 @@ void find_trunk_landmarks(const Anatomy& a, const Trunk& trunk, const Limbs& lim
                                 "bone: upper end of the sternum"};
   } else if (level_seen(a, xiphion)) {
     if (const auto notch = has_neck ? find_notch(a, trunk, neck->second.point) : std::nullopt)
-      marks["suprasternale"] = {*notch, 11, 0, "bone: highest in the midline before the neck's foot"};
+      marks["suprasternale"] = {*notch, 11, 0,
+                                "bone: highest point in the midline in front of the base of the neck"};
     const auto skin = front.skin_at(xiphion);
     if (skin) marks["xiphion"] = {*skin, spread, 0, "proportion: between neck and hips" + hidden(*skin)};
   }
@@ -310,7 +313,7 @@ void find_trunk_landmarks(const Anatomy& a, const Trunk& trunk, const Limbs& lim
     const auto it = marks.find(level);
     if (it == marks.end() || !trunk.spine_holds(it->second.point[2])) continue;
     marks[joint] = {vertebral_body(a, trunk, it->second.point[2]), std::max(5.0, it->second.deviation), 0,
-                    std::string("bone: middle of the column at the ") + level + "'s level"};
+                    std::string("bone: middle of the spine at the level of the ") + level};
   }
 }
 

@@ -36,7 +36,7 @@ void part_axial_bones(const Anatomy& a, const Trunk& trunk, const Landmarks& lan
     if (low && z > (*low)[2] + slope) return middle;
     return !low && high ? middle : !low && !high ? upper : lower;
   };
-  Volume<float> cost{g, std::vector<float>(g.count(), no_way)};
+  Volume<float> cost{g, std::vector<float>(g.count(), no_path)};
   Volume<std::uint8_t> seeds{g, std::vector<std::uint8_t>(g.count(), 0)};
   const double column = 14 * trunk.scale, hip = 55 * trunk.scale, shoulder = 45 * trunk.scale;
   for (std::int64_t k = 0; k < g.size[2]; ++k)

@@ -101,8 +101,7 @@ void doubt_impossible_volumes(Segmentation& out) {
     if (finding.volume == 0) continue;
     const std::string_view name = parts[n].name;
     const double litres = 1e-6 * finding.volume, of_heaviest = 1e3 * most_of_part(name);
-    std::string side_less = in_words(name.substr(0, name.find("_left")));
-    side_less = side_less.substr(0, side_less.find(" right"));
+    std::string side_less = in_words(name.substr(0, std::min(name.find("_left"), name.find("_right"))));
     const std::string article = std::string("aeiou").find(side_less[0]) == std::string::npos ? "a " : "an ";
     if (litres > of_heaviest) {
       finding.confidence = std::min(finding.confidence, 0.1);

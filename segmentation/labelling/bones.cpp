@@ -4,7 +4,7 @@
 #include <string>
 #include <utility>
 
-#include "segmentation/joints/joints_along_way.hpp"
+#include "segmentation/joints/joints_along_path.hpp"
 #include "segmentation/proposal/walls.hpp"
 #include "segmentation/vocabulary/parts.hpp"
 
@@ -13,13 +13,13 @@ namespace {
 
 using Eigen::Vector3d;
 
-void mark_way(const Anatomy& a, const LimbWay& way, double from, double to, int label,
-              Volume<std::uint8_t>& seeds) {
+void mark_path(const Anatomy& a, const LimbPath& path, double from, double to, int label,
+               Volume<std::uint8_t>& seeds) {
   const auto& g = a.grid();
-  for (std::size_t n = 0; n < way.points.size(); ++n) {
-    const double s = LimbWay::spacing * static_cast<double>(n);
+  for (std::size_t n = 0; n < path.points.size(); ++n) {
+    const double s = LimbPath::spacing * static_cast<double>(n);
     if (s < from || s > to) continue;
-    const Vector3d index = g.index(way.points[n]);
+    const Vector3d index = g.index(path.points[n]);
     const auto i = std::lround(index[0]), j = std::lround(index[1]), k = std::lround(index[2]);
     if (g.holds(i, j, k) && a.bone.at(i, j, k)) seeds.at(i, j, k) = static_cast<std::uint8_t>(label);
   }
@@ -32,7 +32,7 @@ Volume<std::uint8_t> label_bones(const Anatomy& a, const Trunk& trunk, const Lim
   const auto& g = a.grid();
   Places places(g, a.threads, [&](std::size_t o) {
     const float off = a.off_bone[o];
-    if (!a.body.voxels[o] || off > 15) return no_way;
+    if (!a.body.voxels[o] || off > 15) return no_path;
     return off > 0 ? 4 + off * off : 1 / (0.4F + a.within_bone[o] / 10);
   });
   Volume<std::uint8_t> seeds{g, std::vector<std::uint8_t>(g.count(), 0)};
@@ -45,16 +45,16 @@ Volume<std::uint8_t> label_bones(const Anatomy& a, const Trunk& trunk, const Lim
   for (const int side : {left_side, right_side}) {
     const std::string at = side_suffix(side);
     const auto n = static_cast<std::size_t>(side);
-    const auto mark = [&](const LimbWay& way, const JointsAlongWay& joints, const char* first,
+    const auto mark = [&](const LimbPath& path, const JointsAlongPath& joints, const char* first,
                           const char* second, const char* third) {
       // a shaft that widens near an elbow or knee out of view is not a joint
-      const bool told = planes.parts_off(part_label(second + at));
+      const bool parted = planes.parts_off(part_label(second + at));
       const bool ends = is_absent(trunk.absent, third, at);
-      const double all = way.length() + 1, m = joints.middle > 0 && told ? joints.middle : all + clear,
+      const double all = path.length() + 1, m = joints.middle > 0 && parted ? joints.middle : all + clear,
                    e = joints.end > 0 && !ends ? joints.end : all + clear;
-      mark_way(a, way, 0, m - clear, part_label(first + at), seeds);
-      mark_way(a, way, m + clear, e - clear, part_label(second + at), seeds);
-      mark_way(a, way, e + clear, all, part_label(third + at), seeds);
+      mark_path(a, path, 0, m - clear, part_label(first + at), seeds);
+      mark_path(a, path, m + clear, e - clear, part_label(second + at), seeds);
+      mark_path(a, path, e + clear, all, part_label(third + at), seeds);
     };
     if ((trunk.hip[n] || trunk.femur[n]) && limbs.leg(side).present)
       mark(limbs.leg(side), leg_joints(limbs.leg(side), trunk.scale), "thigh", "shank", "foot");

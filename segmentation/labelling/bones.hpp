@@ -10,7 +10,7 @@
 
 namespace borelli {
 
-/// Label (see parts.hpp) of every bone voxel, 0 elsewhere. Seeds lie along each limb's way between its
+/// Label (see parts.hpp) of every bone voxel, 0 elsewhere. Seeds lie along each limb's path between its
 /// joints, in the femoral and humeral heads, and in the trunk's bones. They grow through bone, and deep bone
 /// is cheaper than thin bone. Bones that thick slices or arthritis fuse therefore separate at their joint,
 /// the narrowest place. The planes divide the trunk's bones. A part without bones in view gets no label here.

@@ -129,7 +129,7 @@ void part_bones_at_joints(const Anatomy& a, const Landmarks& landmarks, double s
           joint.foremost = std::max(joint.foremost, d.dot(joint.front));
       });
 
-  Volume<float> cost{g, std::vector<float>(g.count(), no_way)};
+  Volume<float> cost{g, std::vector<float>(g.count(), no_path)};
   Volume<std::uint8_t> seeds{g, std::vector<std::uint8_t>(g.count(), 0)};
   for (std::size_t o = 0; o < g.count(); ++o) {
     if (!a.body.voxels[o] || a.off_bone[o] > 9) continue;

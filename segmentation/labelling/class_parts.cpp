@@ -8,6 +8,7 @@
 
 #include "segmentation/joints/spheres.hpp"
 #include "segmentation/vocabulary/cuts.hpp"
+#include "segmentation/vocabulary/part_words.hpp"
 #include "segmentation/vocabulary/parts.hpp"
 
 namespace borelli {
@@ -141,7 +142,7 @@ Volume<std::uint8_t> ClassParts::seeds(const Anatomy& a, const Volume<std::uint8
                                        const PartPlanes& planes, const Landmarks& landmarks) const {
   const auto& g = a.grid();
   Volume<std::uint8_t> out{g, std::vector<std::uint8_t>(g.count(), 0)};
-  Mask told{g, std::vector<std::uint8_t>(g.count(), 0)};
+  Mask labelled_bone{g, std::vector<std::uint8_t>(g.count(), 0)};
   for (std::int64_t k = 0; k < g.size[2]; ++k)
     for (std::int64_t j = 0; j < g.size[1]; ++j)
       for (std::int64_t i = 0; i < g.size[0]; ++i) {
@@ -154,10 +155,10 @@ Volume<std::uint8_t> ClassParts::seeds(const Anatomy& a, const Volume<std::uint8
         const int guess = found.voxels[o] ? found.voxels[o] : planes.axial_part(p);
         out.voxels[o] = static_cast<std::uint8_t>(
             one ? std::countr_zero(r->parts) : nearest_part(r->parts, guess, side_of(landmarks, a, p)));
-        told.voxels[o] = bone;
+        labelled_bone.voxels[o] = bone;
       }
   // bones without a class, except the rims of those that have one
-  const auto off = distance_to(told, 12);
+  const auto off = distance_to(labelled_bone, 12);
   for (std::size_t o = 0; o < out.voxels.size(); ++o)
     if (!out.voxels[o] && a.bone.voxels[o] && off[o] >= 12) out.voxels[o] = found.voxels[o];
   return out;
@@ -194,7 +195,7 @@ void ClassParts::find_joints(const Anatomy& a, const Volume<std::uint8_t>& seeds
     if (there != marks.end()) {
       const double apart = (there->second.point - by_labels->point).norm();
       if (apart < (head ? 15 : 40)) continue;
-      warnings.push_back(joint + ": the scan shows it " + std::to_string(std::lround(apart)) +
+      warnings.push_back(in_words(joint) + ": the scan shows it " + std::to_string(std::lround(apart)) +
                          " mm from where the labelled bones meet; the labels were used");
       const std::string side =
           joint.substr(joint.rfind('_') == std::string::npos ? joint.size() : joint.rfind('_'));

@@ -109,18 +109,19 @@ void judge(const Anatomy& a, const Contact& contact, const PartPlanes& planes, c
         }
         const std::size_t said = finding.note.size();
         if (it->second.source.starts_with("proportion"))
-          finding.note += (finding.note.empty() ? "" : "; ") + std::string(spine ? bound : joint) +
-                          " placed by proportion";
+          finding.note +=
+              (finding.note.empty() ? "" : "; ") + in_words(spine ? bound : joint) + " placed by proportion";
         if (it->second.source.ends_with(unlike_other_side))
           finding.note += (finding.note.empty() ? "" : "; ") +
                           (bound.starts_with("asis")
                                ? "the iliac spines that define its cut are not mirror images of each other"
-                               : bound + " differs from the other side's");
+                               : in_words(bound) + " does not match the other side's");
         if (it->second.source.ends_with(unlike_body))
-          finding.note += (finding.note.empty() ? "" : "; ") + bound + " does not fit the body's size";
+          finding.note +=
+              (finding.note.empty() ? "" : "; ") + in_words(bound) + " does not fit the body's size";
         if (const auto own = out.landmarks.find(joint);
             own != out.landmarks.end() && own->second.source.starts_with("regression"))
-          finding.note += (finding.note.empty() ? "" : "; ") + joint + " placed by regression";
+          finding.note += (finding.note.empty() ? "" : "; ") + in_words(joint) + " placed by regression";
         if (finding.note.size() == said && std::exp(-deviation / 30) < least_confidence)
           finding.note += (finding.note.empty() ? "" : "; ") +
                           fmt::format("{} may lie {:.0f} mm off", in_words(bound), deviation);
@@ -129,7 +130,8 @@ void judge(const Anatomy& a, const Contact& contact, const PartPlanes& planes, c
           finding.confidence = std::min(finding.confidence, 0.4);
       } else if (finding.coverage == Coverage::whole || count[neighbour] > 0) {
         finding.confidence = std::min(finding.confidence, finding.coverage == Coverage::whole ? 0.2 : 0.4);
-        finding.note += (finding.note.empty() ? "" : "; ") + std::string("no plane at ") + joint;
+        finding.note +=
+            (finding.note.empty() ? "" : "; ") + std::string("no cut plane at the ") + in_words(joint);
       }
     }
   }
@@ -193,7 +195,7 @@ std::array<Tip, 4> find_tips(const Anatomy& a, const Volume<std::uint8_t>& owner
 }
 
 // Marks hands and feet whose fingers or toes the scan's end cuts. They are too slender for the depth test.
-void tell_cut_tips(const Anatomy& a, const std::array<Tip, 4>& tips, Segmentation& out) {
+void note_cut_tips(const Anatomy& a, const std::array<Tip, 4>& tips, Segmentation& out) {
   const auto point = [&](const std::array<std::int64_t, 3>& place) { return point_of(a.grid(), place); };
   for (const Tip& tip : tips) {
     PartFinding& finding = out.part[static_cast<std::size_t>(part_label(tip.part))];
@@ -297,10 +299,10 @@ void judge_parts(const Anatomy& a, const Volume<std::uint8_t>& owner, const Part
         edge_contact(a.body, a.scan.seen, a.depth, owner,
                      [&](std::uint8_t own, const Vector3d& point) { return planes.part(own, point); }),
         planes, gone, out);
-  tell_cut_tips(a, tips.get(), out);
+  note_cut_tips(a, tips.get(), out);
   forget_cut_ends(out);
-  tell_stumps(out);
-  tell_what_is_not_parted(planes, out);
+  note_stumps(out);
+  note_missing_cuts(planes, out);
   doubt_unparted_limbs(out);
   doubt_impossible_shares(out);
   doubt_what_touches(touched.get(), out);
@@ -333,7 +335,7 @@ void doubt_hands_that_meet(Segmentation& out) {
     hand->confidence = std::min(hand->confidence, 0.1);
     hand->note += (hand->note.empty() ? "" : "; ") +
                   std::string(hand == &larger ? "may include" : "may lack") +
-                  " part of a hand: the arms' bones meet, and the hands differ";
+                  " part of a hand: the bones of the arms touch, and the hands differ in volume";
   }
   forget_cut_ends(out);
 }

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "segmentation/proposal/limb_roots.hpp"
+#include "segmentation/vocabulary/part_words.hpp"
 #include "segmentation/volume/nearest_whole.hpp"
 
 namespace borelli {
@@ -36,14 +37,6 @@ Counts volumes_of(const Proposal& proposal, const LabelMap& labels) {
         if (labels.grid.holds(x, y, z)) out[labels.at(x, y, z)][limb] += each;
       }
   return out;
-}
-
-// "arm_left" as "left arm"
-std::string limb_in_words(std::size_t limb) {
-  const std::string_view name = body_limbs[limb];
-  const auto side = name.find('_');
-  return side == std::string_view::npos ? std::string(name)
-                                        : fmt::format("{} {}", name.substr(side + 1), name.substr(0, side));
 }
 
 // 99 % quantile of the distance between a true and a proposed joint whose coordinates have a standard
@@ -121,7 +114,7 @@ void doubt_by_proposal(const Proposal& proposal, Segmentation& out) {
     if (most == 0 || foreign < least_volume || foreign < least_share * finding.volume) continue;
     finding.confidence = std::min(finding.confidence, contradicted);
     finding.note += (finding.note.empty() ? "" : "; ") +
-                    fmt::format("{:.2g} l of it look like {}", foreign / 1e6, limb_in_words(most));
+                    fmt::format("{:.2g} l of it look like {}", foreign / 1e6, in_words(body_limbs[most]));
   }
   for (std::size_t limb = 1; limb < body_limbs.size(); ++limb) {
     double sure = 0, found = 0;
@@ -133,7 +126,7 @@ void doubt_by_proposal(const Proposal& proposal, Segmentation& out) {
     if (lost < least_volume || lost < least_share * sure) continue;
     out.warnings.push_back(joined_warning(
         WarningKind::part, Severity::doubt, "these limbs are labelled as other parts, completely or partly",
-        limb_in_words(limb), fmt::format("{:.2g} of {:.2g} l", lost / 1e6, sure / 1e6)));
+        in_words(body_limbs[limb]), fmt::format("{:.2g} of {:.2g} l", lost / 1e6, sure / 1e6)));
   }
 }
 

@@ -18,7 +18,7 @@ class ScanProfile {
   explicit ScanProfile(const GreyVolume& scan) : scan_(scan), to_index_(scan.grid.axes.inverse()) {}
 
   /// Appends the samples from one point (LPS, mm) towards another, without the end point.
-  void add(const Eigen::Vector3d& from, const Eigen::Vector3d& to, std::vector<double>& way) const;
+  void add(const Eigen::Vector3d& from, const Eigen::Vector3d& to, std::vector<double>& samples) const;
 
  private:
   const GreyVolume& scan_;  // outlives this

@@ -170,7 +170,7 @@ Result<void> ask_forest(Anatomy& a, const Forest* forest) {
 std::optional<Segmentation> parts_in_view(const GreyVolume& volume, const View& view,
                                           const SegmentOptions& options, const Progress& progress) {
   const GreyVolume usual{view.seen(volume.grid), volume.voxels, volume.quantity};
-  Anatomy a = look(usual, options.step / view.size, options.threads);
+  Anatomy a = anatomy_of(usual, options.step / view.size, options.threads);
   a.size = view.size;
   if (!has_body(a) || !ask_forest(a, options.forest)) return std::nullopt;
   const Trunk trunk = find_trunk(a, options.absent);
@@ -223,7 +223,7 @@ std::optional<Segmentation> parts_turned_over(const GreyVolume& volume, const Ei
                                               const SegmentOptions& options, const Progress& progress) {
   const View view{1, axes};
   const GreyVolume turned{view.seen(volume.grid), volume.voxels, volume.quantity};
-  Anatomy a = look(turned, options.step, options.threads);
+  Anatomy a = anatomy_of(turned, options.step, options.threads);
   if (!ask_forest(a, options.forest)) return std::nullopt;
   const Trunk trunk = find_trunk(a, options.absent);
   // accept if no half turn remains, hips or shoulders are found, and both if the header is upside down
@@ -266,7 +266,7 @@ Result<Segmentation> segment(const GreyVolume& volume, const SegmentOptions& opt
                                bytes);
       !fits)
     return tl::unexpected(fits.error());
-  Anatomy a = look(volume, grid, options.threads);
+  Anatomy a = anatomy_of(volume, grid, options.threads);
   std::optional<ClassParts> classes;
   if (options.classes) {
     classes.emplace(*options.classes, volume.grid, a.grid(), options.threads);

@@ -1,7 +1,7 @@
 // From a scan to labelled parts: the whole segmentation in one call.
 //
 // The scan is sampled on an isotropic grid along the patient's axes (work_grid). Steps: body (body_mask);
-// bones (tissues); hips, shoulders and spine (trunk); the way along each limb's bones (limbs); landmarks
+// bones (tissues); hips, shoulders and spine (trunk); the path along each limb's bones (limbs); landmarks
 // (joint_centres, trunk_landmarks, column_levels). Three layers follow: bones by part (bones), flesh by bone
 // (soft_tissue), and the convention's planes (cuts, part_planes), applied to the scan's own voxels.
 #pragma once

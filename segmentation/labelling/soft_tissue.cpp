@@ -59,7 +59,7 @@ Volume<std::uint8_t> label_soft_tissue(const Anatomy& a, const LeanFlesh& lean,
       nearest_seeds(walled(a,
                            Places(g, a.threads,
                                   [&](std::size_t o) {
-                                    return !a.body.voxels[o]                   ? no_way
+                                    return !a.body.voxels[o]                   ? no_path
                                            : lean.mask.voxels[o]               ? 1 / (1 + lean.depth[o])
                                            : a.scan.hu.voxels[o] >= lung_to_hu ? through_fat
                                                                                : through_air;
@@ -73,10 +73,11 @@ Volume<std::uint8_t> label_soft_tissue(const Anatomy& a, const LeanFlesh& lean,
     for (auto& label : own_bones.voxels)
       if (label && !is_one(label)) label = 0;
     const auto by_length = nearest_seeds(
-        walled(a,
-               Places(g, a.threads,
-                      [&](std::size_t o) { return owner.voxels[o] && is_one(owner.voxels[o]) ? 1 : no_way; }),
-               kind_of_part),
+        walled(
+            a,
+            Places(g, a.threads,
+                   [&](std::size_t o) { return owner.voxels[o] && is_one(owner.voxels[o]) ? 1 : no_path; }),
+            kind_of_part),
         own_bones);
     for (std::size_t o = 0; o < g.count(); ++o)
       if (by_length.voxels[o]) owner.voxels[o] = by_length.voxels[o];

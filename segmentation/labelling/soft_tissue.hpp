@@ -7,11 +7,11 @@
 
 namespace borelli {
 
-/// Assigns every body voxel to the part whose bone has the cheapest way to it through the body. `bones`: part
+/// Assigns every body voxel to the part whose bone has the cheapest path to it through the body. `bones`: part
 /// labels of bone voxels. The result extends `margin` mm beyond the body.
 ///
 /// In lean flesh (see touching_flesh.hpp) a step costs 1 / (1 + d), with d the depth below its surface in mm.
-/// Fat costs far more, so ways from arm to trunk across touching skin are expensive; voxels with air between
+/// Fat costs far more, so paths from arm to trunk across touching skin are expensive; voxels with air between
 /// limbs cost most. Fat between an arm and what it touches is divided by the fat's thickness beside the
 /// contact.
 ///

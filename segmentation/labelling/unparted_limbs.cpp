@@ -43,9 +43,9 @@ double usual_upper_arm(const Landmarks& marks) {
 
 }  // namespace
 
-void tell_stumps(Segmentation& out) {
+void note_stumps(Segmentation& out) {
   for (std::size_t n = 1; n < parts.size(); ++n)
-    if (out.absent[n]) out.part[n] = {Coverage::absent, 0, 0, std::string(absent_as_told)};
+    if (out.absent[n]) out.part[n] = {Coverage::absent, 0, 0, std::string(stated_as_absent)};
   for (std::size_t n = 5; n < parts.size(); ++n) {
     PartFinding& finding = out.part[n];
     if (finding.volume == 0) continue;
@@ -60,18 +60,18 @@ void tell_stumps(Segmentation& out) {
     finding.coverage = Coverage::cut;
     finding.note = std::string(stump_note) + lacks +
                    (lacks.find(" and ") == std::string::npos ? " is " : " are ") +
-                   std::string(absent_as_told) + (finding.note.empty() ? "" : "; " + finding.note);
+                   std::string(stated_as_absent) + (finding.note.empty() ? "" : "; " + finding.note);
   }
 }
 
-void tell_what_is_not_parted(const PartPlanes& planes, Segmentation& out) {
+void note_missing_cuts(const PartPlanes& planes, Segmentation& out) {
   const auto add = [](std::string& note, const std::string& text) {
     note += (note.empty() ? "" : "; ") + text;
   };
   for (std::size_t n = 1; n < parts.size(); ++n) {
     if (out.part[n].coverage != Coverage::whole) continue;
     // the following parts of the limb that no plane separates
-    std::string held, joint;
+    std::string included, joint;
     std::size_t last = n;
     for (std::size_t m = 1; m < parts.size(); ++m) {
       const bool limb = parts[m].joint.ends_with("_left") || parts[m].joint.ends_with("_right");
@@ -83,7 +83,7 @@ void tell_what_is_not_parted(const PartPlanes& planes, Segmentation& out) {
         return in_words(name.substr(0, name.size() - side.size()));
       };
       if (joint.empty()) joint = bare(parts[m].joint);
-      held += (held.empty() ? "" : " and ") + bare(parts[m].name);
+      included += (included.empty() ? "" : " and ") + bare(parts[m].name);
       out.part[m].coverage = Coverage::cut;
       add(out.part[m].note, "included in the " + bare(parts[n].name) + ": no " + joint + " was found");
       last = m;
@@ -91,8 +91,8 @@ void tell_what_is_not_parted(const PartPlanes& planes, Segmentation& out) {
     if (last == n) continue;
     out.part[n].coverage = Coverage::cut;
     out.part[n].confidence = std::min(out.part[n].confidence, 0.2);
-    out.part[n].note.clear();  // replaces "no plane at knee_left"
-    add(out.part[n].note, "no " + joint + " was found: this part includes the " + held);
+    out.part[n].note.clear();  // replaces "no cut plane at the left knee"
+    add(out.part[n].note, "no " + joint + " was found: this part includes the " + included);
   }
 }
 
@@ -141,11 +141,11 @@ void doubt_head_under_arms(const Anatomy& a, const Limbs& limbs, Segmentation& o
   const double top = a.grid().point(Vector3d(0, 0, static_cast<double>(a.grid().size[2] - 1)))[2];
   for (const int side : {left_side, right_side}) {
     const std::string own = side_suffix(side);
-    const LimbWay& way = limbs.arm(side);
+    const LimbPath& path = limbs.arm(side);
     const Landmark* shoulder = find(out.landmarks, "shoulder" + own);
-    if (!way.present || !way.cut || !shoulder || out.landmarks.contains("wrist" + own) || head.volume == 0)
+    if (!path.present || !path.cut || !shoulder || out.landmarks.contains("wrist" + own) || head.volume == 0)
       continue;
-    const double z = way.points.back()[2];
+    const double z = path.points.back()[2];
     if (z > top - below_end || z < shoulder->point[2] + over_shoulder) continue;
     head.confidence = std::min(head.confidence, 0.2);
     head.note += (head.note.empty() ? "" : "; ") +

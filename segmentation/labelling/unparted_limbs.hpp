@@ -8,12 +8,12 @@
 
 namespace borelli {
 
-/// Marks stumps: a part whose child is given as absent is cut. Absent parts get the note `absent_as_told`.
-void tell_stumps(Segmentation& out);
+/// Marks stumps: a part whose child is given as absent is cut. Absent parts get the note `stated_as_absent`.
+void note_stumps(Segmentation& out);
 
 /// Marks limb parts that end within the scan without a plane at their far joint: they contain the next part
 /// too.
-void tell_what_is_not_parted(const PartPlanes& planes, Segmentation& out);
+void note_missing_cuts(const PartPlanes& planes, Segmentation& out);
 
 /// Doubts limb parts that the scan cuts and whose far joint is not known, if they are too long. Limits: the
 /// other side's length; for a thigh without a hip landmark, the other side's knee; for arms that both lack

@@ -37,16 +37,16 @@ LabelMap label_voxels(const GreyVolume& volume, const Anatomy& a, const Volume<s
                                                      at_work[1][static_cast<std::size_t>(j)],
                                                      at_work[2][static_cast<std::size_t>(k)]}
                                              : place_at_work(i, j, k);
-          const bool held = a.grid().holds(wi, wj, wk);
-          const std::size_t w = held ? a.grid().offset(wi, wj, wk) : 0;
-          if (const auto told = classes ? classes->place(g.offset(i, j, k)) : ClassParts::Place::open;
-              told != ClassParts::Place::open) {
-            if (told == ClassParts::Place::body)
+          const bool on_grid = a.grid().holds(wi, wj, wk);
+          const std::size_t w = on_grid ? a.grid().offset(wi, wj, wk) : 0;
+          if (const auto place = classes ? classes->place(g.offset(i, j, k)) : ClassParts::Place::open;
+              place != ClassParts::Place::open) {
+            if (place == ClassParts::Place::body)
               map.at(i, j, k) = static_cast<std::uint8_t>(
-                  classes->part(g.offset(i, j, k), held ? owner.voxels[w] : 0, g.point(i, j, k), planes));
+                  classes->part(g.offset(i, j, k), on_grid ? owner.voxels[w] : 0, g.point(i, j, k), planes));
             continue;
           }
-          if (!held) continue;
+          if (!on_grid) continue;
           if (!owner.voxels[w]) continue;
           const bool in_mask = a.body.voxels[w] != 0;
           const bool dense_there = a.scan.hu.voxels[w] > skin_edge_hu;

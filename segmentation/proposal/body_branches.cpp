@@ -46,12 +46,12 @@ std::size_t middle_of(const CoarseBody& b) {
 std::vector<std::uint16_t> distances_from(const CoarseBody& b, std::size_t start) {
   Volume<std::uint8_t> seeds{b.grid(), std::vector<std::uint8_t>(b.grid().count())};
   seeds.voxels[start] = 1;
-  Geodesic ways =
-      geodesic(Places(b.grid(), b.threads, [&](std::size_t o) { return b.body.voxels[o] ? 1.0F : no_way; }),
+  Geodesic paths =
+      geodesic(Places(b.grid(), b.threads, [&](std::size_t o) { return b.body.voxels[o] ? 1.0F : no_path; }),
                seeds, false);
   std::vector<std::uint16_t> out(b.grid().count(), no_distance);
   for (const std::uint32_t o : b.places)
-    if (const float length = ways.length(o); length < static_cast<float>(no_distance))
+    if (const float length = paths.length(o); length < static_cast<float>(no_distance))
       out[o] = static_cast<std::uint16_t>(length);
   return out;
 }

@@ -21,12 +21,12 @@ Farthest farthest_bone(const Mask& open, const std::vector<std::size_t>& bones, 
                        int threads) {
   Volume<std::uint8_t> seeds{open.grid, std::vector<std::uint8_t>(open.grid.count())};
   seeds.voxels[start] = 1;
-  const Geodesic ways =
-      geodesic(Places(open.grid, threads, [&](std::size_t o) { return open.voxels[o] ? 1.0F : no_way; }),
+  const Geodesic paths =
+      geodesic(Places(open.grid, threads, [&](std::size_t o) { return open.voxels[o] ? 1.0F : no_path; }),
                seeds, false);
   Farthest out{start, 0};
   for (const std::size_t o : bones)
-    if (const float length = ways.length(o); length != no_way && length > out.length) out = {o, length};
+    if (const float length = paths.length(o); length != no_path && length > out.length) out = {o, length};
   return out;
 }
 

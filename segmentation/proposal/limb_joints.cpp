@@ -46,12 +46,12 @@ Cuts best_cuts(const Profile& profile) {
 
 Along along_from(const CoarseBody& b, const std::vector<std::size_t>& places,
                  const Volume<std::uint8_t>& seeds, const std::vector<char>& in_piece) {
-  const Geodesic ways = geodesic(
-      Places(b.grid(), b.threads, [&](std::size_t o) { return in_piece[o] ? 1.0F : no_way; }), seeds, false);
+  const Geodesic paths = geodesic(
+      Places(b.grid(), b.threads, [&](std::size_t o) { return in_piece[o] ? 1.0F : no_path; }), seeds, false);
   Along out;
   for (const std::size_t n : places) {
-    const float length = ways.length(b.places[n]);
-    if (length == no_way) continue;
+    const float length = paths.length(b.places[n]);
+    if (length == no_path) continue;
     out.places.push_back(n), out.length.push_back(length);
   }
   return out;

@@ -240,7 +240,7 @@ BodyPieces body_pieces(const CoarseBody& b, const ClassProbabilities& probabilit
   }
   // the remaining voxels go to the nearest piece
   Volume<std::uint8_t> owner = nearest_seeds(
-      Places(b.grid(), b.threads, [&](std::size_t o) { return b.body.voxels[o] ? 1.0F : no_way; }), seeds);
+      Places(b.grid(), b.threads, [&](std::size_t o) { return b.body.voxels[o] ? 1.0F : no_path; }), seeds);
   join_loose_pieces(b, out.list, owner);
   out.piece.resize(b.places.size());
   std::vector<double> sums(out.list.size(), 0);

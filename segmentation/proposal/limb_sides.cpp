@@ -89,7 +89,7 @@ std::vector<LimbSide> part_sides(const CoarseBody& b, const Mask& limbs, const M
   add_seeds(b, of_kind(0), to_end, nullptr, seeds);
   // along bone a step costs its length, off bone more, so that paths do not pass from limb to limb
   const auto cost = [&](std::size_t o) {
-    if (!limbs.voxels[o]) return no_way;
+    if (!limbs.voxels[o]) return no_path;
     const float off = static_cast<float>(b.off_bone[o]) / 10;
     return b.bone.voxels[o] ? 1.0F : 1 + 3 * off * off;
   };

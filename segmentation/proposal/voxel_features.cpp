@@ -25,9 +25,9 @@ std::vector<std::string> make_names() {
     for (const char* what : {"hu_", "body_", "bone_", "fat_", "lung_"}) names.push_back(what + size);
   }
   for (const std::int64_t reach : beside_reach)
-    for (const std::string_view way : beside_name)
+    for (const std::string_view side : beside_name)
       for (const std::string_view tissue : beside_tissue)
-        names.push_back(std::string(tissue) + "_" + std::string(way) + "_" + std::to_string(4 * reach));
+        names.push_back(std::string(tissue) + "_" + std::string(side) + "_" + std::to_string(4 * reach));
   for (const char* name : {"depth",
                            "off_bone",
                            "run_up",

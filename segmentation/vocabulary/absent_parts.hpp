@@ -17,7 +17,7 @@ namespace borelli {
 using AbsentParts = std::array<bool, parts.size()>;
 
 /// The note of such a part.
-inline constexpr std::string_view absent_as_told = "absent as told";
+inline constexpr std::string_view stated_as_absent = "stated as absent";
 
 /// Parses "thigh_left,hand_right"; "" names none. Parts that hang on a named one are included. Errors: a name
 /// that is not a part, or not of a limb.

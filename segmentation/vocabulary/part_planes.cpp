@@ -69,7 +69,7 @@ int PartPlanes::axial_part(const Eigen::Vector3d& point) const {
 }
 
 // whether a plane lies between two parts among head and the three trunk parts
-bool PartPlanes::told_apart(int a, int b) const {
+bool PartPlanes::separates(int a, int b) const {
   const auto height = [](int label) {
     return label == head ? 3 : label == upper_trunk ? 2 : label == middle_trunk ? 1 : 0;
   };
@@ -90,7 +90,7 @@ int PartPlanes::part(int owner, const Eigen::Vector3d& point) const {
       return cut->distal;
     }
     const int level = axial_part(point);
-    return told_apart(owner, level) ? level : owner;
+    return separates(owner, level) ? level : owner;
   }
   if (const Cut* cut = cut_to(owner);
       cut && !beyond(*cut, point) && (point - cut->point).norm() <= cut->reach)

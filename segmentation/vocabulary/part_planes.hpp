@@ -41,7 +41,7 @@ class PartPlanes {
 
  private:
   const Cut* cut_to(int distal) const;
-  bool told_apart(int a, int b) const;
+  bool separates(int a, int b) const;
 
   Convention convention_;
   std::vector<Cut> cuts_;

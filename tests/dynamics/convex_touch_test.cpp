@@ -48,9 +48,9 @@ Form random_form(Random& random, int number) {
 }
 
 Pose random_pose(Random& random, double distance) {
-  const Vector3d way(random.number(-1, 1), random.number(-1, 1), random.number(-1, 1));
+  const Vector3d direction(random.number(-1, 1), random.number(-1, 1), random.number(-1, 1));
   const Vector3d axis(random.number(-1, 1), random.number(-1, 1), random.number(-1, 1));
-  return {rotation_about(axis.normalized(), random.number(-3, 3)), distance * way.normalized()};
+  return {rotation_about(axis.normalized(), random.number(-3, 3)), distance * direction.normalized()};
 }
 
 struct Placed {
@@ -71,10 +71,10 @@ TestPair pair_at(Random& random, int first, int second, double gap) {
   TestPair out{{fa, make_convex(at_origin(fa)), random_pose(random, 1)},
                {fb, make_convex(at_origin(fb)), random_pose(random, 0)},
                std::min(most_contacts(fa), most_contacts(fb))};
-  const Vector3d way = out.a.X.p;
+  const Vector3d direction = out.a.X.p;
   double low = 0, high = 4;
   for (int i = 0; i < 60; ++i) {
-    out.a.X.p = 0.5 * (low + high) * way;
+    out.a.X.p = 0.5 * (low + high) * direction;
     (out.touch().gap < gap ? low : high) = 0.5 * (low + high);
   }
   return out;

@@ -29,10 +29,10 @@ TEST(Features, GrazedStopActs) {
     scene.solids = {solid("mass", "world", {slide("z", Vector3d::UnitZ(), 0, speed)},
                           {inertial(1, {0, 0, 0}, {0.004, 0.004, 0.004})})};
     scene.efforts = {{"stop", LimitSpring{{"z"}, k, 0, {{-100, bound}}}}};
-    std::vector<SimulationSettings> ways{to_accuracy(end, 1e-6)};
-    for (const char* method : adaptive) ways.push_back(settings(method, end, 1e-2, 1e-9));
-    ways.push_back(settings("rk4", end, 5e-5));
-    for (const SimulationSettings& how : ways) {
+    std::vector<SimulationSettings> runs{to_accuracy(end, 1e-6)};
+    for (const char* method : adaptive) runs.push_back(settings(method, end, 1e-2, 1e-9));
+    runs.push_back(settings("rk4", end, 5e-5));
+    for (const SimulationSettings& how : runs) {
       SCOPED_TRACE(fmt::format("{} m, {}", room, how.accuracy > 0 ? "by accuracy" : how.method));
       const Trajectory path = run(scene, how);
       EXPECT_TRUE(path.certificate.trusted) << path.certificate.reason;
@@ -110,9 +110,9 @@ TEST(Features, CamTurnsBackASlowFollower) {
     const Table table = bump(apart, 1);
     const double x = returns_to(table, 8);
     ASSERT_LT(x, 4);
-    std::vector<SimulationSettings> ways{to_accuracy(8, 1e-6)};
-    for (const char* method : adaptive) ways.push_back(settings(method, 8, 1e-2, 1e-9));
-    for (const SimulationSettings& how : ways) {
+    std::vector<SimulationSettings> runs{to_accuracy(8, 1e-6)};
+    for (const char* method : adaptive) runs.push_back(settings(method, 8, 1e-2, 1e-9));
+    for (const SimulationSettings& how : runs) {
       SCOPED_TRACE(fmt::format("{} m, {}", apart, how.accuracy > 0 ? "by accuracy" : how.method));
       const Trajectory path = run(cam(table), how);
       EXPECT_TRUE(path.certificate.trusted) << path.certificate.reason;

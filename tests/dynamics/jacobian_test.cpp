@@ -62,15 +62,15 @@ TEST(Jacobian, OfAPointMatchesDifferences) {
 TEST(Jacobian, OfTheMomentumGivesMomentumAndItsRate) {
   for_each_scene([](const System& system, const State& state) {
     const auto look = [&](const State& at) { return need(evaluate(system, at)); };
-    const Evaluation now = look(state);
+    const Evaluation now = anatomy_of(state);
     State still = state;
     still.v.setZero();
-    const Momenta drives = look(still).momenta;  // momenta from the drives
+    const Momenta drives = anatomy_of(still).momenta;  // momenta from the drives
     Eigen::Matrix<double, 6, 1> momentum;
     momentum << now.momenta.angular - drives.angular, now.momenta.linear - drives.linear;
     EXPECT_LT((now.centroidal.matrix * state.v - momentum).norm(), 1e-12 * (1 + momentum.norm()));
-    const Momenta ahead = look(moved(system, state, h * state.v, h)).momenta,
-                  behind = look(moved(system, state, -h * state.v, -h)).momenta;
+    const Momenta ahead = anatomy_of(moved(system, state, h * state.v, h)).momenta,
+                  behind = anatomy_of(moved(system, state, -h * state.v, -h)).momenta;
     EXPECT_LT((now.centroidal.bias.head<3>() - (ahead.angular - behind.angular) / (2 * h)).norm(),
               10 * tolerance);
     EXPECT_LT((now.centroidal.bias.tail<3>() - (ahead.linear - behind.linear) / (2 * h)).norm(),

@@ -95,9 +95,9 @@ TEST(MjcfContacts, BlockOnATiltedPlaneFollowsTheGeomFriction) {
         block + "/></body></worldbody></mujoco>");
     const Trajectory path = drop(model, "moreau", 1, 1e-3);
     const double a = g * (std::sin(tilt) - friction * std::cos(tilt));
-    const Vector3d way(std::cos(tilt), 0, -std::sin(tilt)),
+    const Vector3d direction(std::cos(tilt), 0, -std::sin(tilt)),
         from = model.scene.solids[0].switches.empty() ? Vector3d::Zero() : Vector3d(path.q.row(0).head<3>());
-    EXPECT_NEAR((Vector3d(last(path.q).head<3>()) - from).dot(way), a / 2, 1e-5) << block;
+    EXPECT_NEAR((Vector3d(last(path.q).head<3>()) - from).dot(direction), a / 2, 1e-5) << block;
   };
   slides("friction='.2'", 0.3);
   slides("friction='.2' priority='1'", 0.2);

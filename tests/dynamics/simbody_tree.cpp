@@ -56,15 +56,15 @@ void SimbodyTree::add(const std::string& name, const std::string& parent, const 
   SimTK::MobilizedBody& base = parent.empty() ? parts_->matter.updGround()
                                               : static_cast<SimTK::MobilizedBody&>(parts_->bodies[parent]);
   const SimTK::Transform F = transform(in_parent), M = transform(in_body);
-  const auto way = reversed ? SimTK::MobilizedBody::Reverse : SimTK::MobilizedBody::Forward;
+  const auto direction = reversed ? SimTK::MobilizedBody::Reverse : SimTK::MobilizedBody::Forward;
   SimTK::MobilizedBody& added = parts_->bodies[name];
-  if (joint == "pin") added = SimTK::MobilizedBody::Pin(base, F, body, M, way);
-  if (joint == "slider") added = SimTK::MobilizedBody::Slider(base, F, body, M, way);
-  if (joint == "ball") added = SimTK::MobilizedBody::Ball(base, F, body, M, way);
-  if (joint == "universal") added = SimTK::MobilizedBody::Universal(base, F, body, M, way);
-  if (joint == "planar") added = SimTK::MobilizedBody::Planar(base, F, body, M, way);
-  if (joint == "gimbal") added = SimTK::MobilizedBody::Gimbal(base, F, body, M, way);
-  if (joint == "free") added = SimTK::MobilizedBody::Free(base, F, body, M, way);
+  if (joint == "pin") added = SimTK::MobilizedBody::Pin(base, F, body, M, direction);
+  if (joint == "slider") added = SimTK::MobilizedBody::Slider(base, F, body, M, direction);
+  if (joint == "ball") added = SimTK::MobilizedBody::Ball(base, F, body, M, direction);
+  if (joint == "universal") added = SimTK::MobilizedBody::Universal(base, F, body, M, direction);
+  if (joint == "planar") added = SimTK::MobilizedBody::Planar(base, F, body, M, direction);
+  if (joint == "gimbal") added = SimTK::MobilizedBody::Gimbal(base, F, body, M, direction);
+  if (joint == "free") added = SimTK::MobilizedBody::Free(base, F, body, M, direction);
   if (joint == "weld") added = SimTK::MobilizedBody::Weld(base, F, body, M);
   if (joint == "custom") {
     SimTK::Array_<const SimTK::Function*> functions;
@@ -77,7 +77,7 @@ void SimbodyTree::add(const std::string& name, const std::string& parent, const 
       directions.push_back(vec3(axis.axis));
     }
     added = SimTK::MobilizedBody::FunctionBased(base, F, body, M, int(coordinates.size()), functions,
-                                                arguments, directions, way);
+                                                arguments, directions, direction);
   }
   for (std::size_t i = 0; i < coordinates.size(); ++i) parts_->coordinates[coordinates[i]] = {name, int(i)};
 }

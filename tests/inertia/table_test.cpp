@@ -115,7 +115,7 @@ TEST(Table, ShowsPublishedValuesOnlyIfComparable) {
   InertiaRow cut = trunk_row();
   cut.completeness = Completeness::cut;
   const InertiaTable partial = make_table(source(), {thigh_row(), cut});
-  EXPECT_EQ(compare(partial, partial.rows[1], "deleva1996").why_not, "part cut");
+  EXPECT_EQ(compare(partial, partial.rows[1], "deleva1996").why_not, "the part is cut");
   // shares of mass are not compared unless the scan holds the whole body
   EXPECT_FALSE(compare(partial, partial.rows[0], "deleva1996").mass);
   EXPECT_TRUE(compare(partial, partial.rows[0], "deleva1996").published);

@@ -52,6 +52,17 @@ TEST(Info, BadScenesAndTrajectoriesAreRefusedInOneSentence) {
   ProgramRun run = run_program("info " + folder.write("a.toml", "solid = 3\n").string());
   EXPECT_EQ(run.code, 2);
   EXPECT_NE(run.err.find("a.toml:1: "), std::string::npos) << run.err;
+  // (compiling finds it, and names the file itself)
+  run = run_program("info " + folder
+                                  .write("b.toml",
+                                         "[[solid]]\nname = 'a'\nmass = 1\ntensor = [1, 1, 1]\n"
+                                         "[[solid.joint]]\nname = 'glide'\nellipsoid = true\n"
+                                         "radii = [0.1, -1, 0.1]\n")
+                                  .string());
+  EXPECT_EQ(run.code, 2);
+  EXPECT_EQ(run.err, "borelli: " + (folder / "b.toml").string() +
+                         ":1: solid 'a', coordinate 'glide': has a radius of 0 or less; expected three "
+                         "positive lengths\n");
   run = run_program("info " + folder.write("a.h5", "\x89HDF\r\n\x1a\n and no more").string());
   EXPECT_NE(run.code, 0);
   EXPECT_EQ(run.out, "");

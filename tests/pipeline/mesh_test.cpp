@@ -194,7 +194,7 @@ TEST(Mesh, ProgressCallbackCanStopMeshing) {
   int asked = 0;
   const auto meshes = part_meshes(map, {.threads = 1, .progress = [&](double) { return ++asked < 2; }});
   ASSERT_FALSE(meshes);
-  EXPECT_EQ(meshes.error().what, "were stopped");
+  EXPECT_EQ(meshes.error().what, "stopped on request");
   EXPECT_EQ(asked, 2);
 }
 

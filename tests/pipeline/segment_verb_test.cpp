@@ -222,8 +222,8 @@ TEST(SegmentVerb, VerdictAndAbsentPartsReachAllOutputs) {
   ASSERT_EQ(run.code, 0) << run.err;
   const auto answer = nlohmann::json::parse(run.out);
   EXPECT_EQ(answer.at("absent"), "foot_left");
-  EXPECT_EQ(answer.at("parts").at("foot_left").at("note"), "absent as told");
-  EXPECT_EQ(answer.at("parts").at("shank_left").at("note"), "stump: foot is absent as told");
+  EXPECT_EQ(answer.at("parts").at("foot_left").at("note"), "stated as absent");
+  EXPECT_EQ(answer.at("parts").at("shank_left").at("note"), "stump: foot is stated as absent");
   EXPECT_EQ(answer.at("verdict"), "good") << answer.at("verdict_reasons");
   std::ifstream file(folder / "out/segmentation.json");
   const auto account = nlohmann::json::parse(file);
@@ -238,13 +238,13 @@ TEST(SegmentVerb, VerdictAndAbsentPartsReachAllOutputs) {
   ASSERT_EQ(table.code, 0) << table.err;
   const auto inertia = nlohmann::json::parse(table.out);
   EXPECT_EQ(inertia.at("source").at("segmentation"), "good");
-  EXPECT_EQ(inertia.at("parts").at(14).at("notes"), nlohmann::json({"absent as told"}));
+  EXPECT_EQ(inertia.at("parts").at(14).at("notes"), nlohmann::json({"stated as absent"}));
   const auto scene = run_program("skeleton " + out + "/table.json --landmarks " + out +
                                  "/landmarks.json -o " + out + "/scene.toml");
   ASSERT_EQ(scene.code, 0) << scene.err;
   std::ifstream toml(folder / "out/scene.toml");
   const std::string text((std::istreambuf_iterator<char>(toml)), {});
-  EXPECT_NE(text.find("Absent as told: foot_left."), std::string::npos);
+  EXPECT_NE(text.find("Stated as absent: foot_left."), std::string::npos);
   EXPECT_EQ(scene.err.find("shank_left"), std::string::npos) << scene.err;
 }
 

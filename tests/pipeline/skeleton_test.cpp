@@ -379,7 +379,7 @@ TEST(Skeleton, CutPartsCarryTheReasonOfTheirRow) {
   EXPECT_NE(warnings[0].text.find("no wrist was found"), std::string::npos) << warnings[0].text;
   EXPECT_EQ(warnings[0].text.find("edge"), std::string::npos) << warnings[0].text;
   // a stump counts as the whole part
-  table.rows[0].notes = {"stump: hand is absent as told"};
+  table.rows[0].notes = {"stump: hand is stated as absent"};
   warnings.clear();
   EXPECT_TRUE(movable_parts(table, warnings).contains("forearm_left"));
   EXPECT_TRUE(warnings.empty());

@@ -57,17 +57,37 @@ TEST(Stability, ContinuesFromKnownResults) {
   StabilityObserver first, second;
   int climbed = 0;
   first.column_ends = [&](const StabilityMap& so_far) {
-    if (++climbed != 3) return;
-    second.known_cells = so_far.cells, second.known_limits = so_far.limits;
+    if (++climbed == 3) second.known_cells = so_far.cells, second.known_limits = so_far.limits;
+    return Result<void>();
   };
   const StabilityMap whole = stability_map(columns, settings, first).value();
   EXPECT_EQ(climbed, 6);
   int more = 0;
-  second.column_ends = [&](const StabilityMap&) { ++more; };
+  second.column_ends = [&](const StabilityMap&) {
+    ++more;
+    return Result<void>();
+  };
   const StabilityMap again = stability_map(columns, settings, second).value();
   EXPECT_EQ(more, 3);
   EXPECT_EQ(stability_csv(again), stability_csv(whole));
   EXPECT_EQ(stability_limits_csv(again), stability_limits_csv(whole));
+}
+
+TEST(Stability, EndsAtOnceWithTheErrorOfItsObserver) {
+  StabilitySettings settings;
+  settings.methods = {"rk4", "verlet"};
+  settings.steps = parse_ladder("1e-2:10:5", "steps").value();
+  settings.lengths.most = 500;
+  StabilityObserver observer;
+  int climbed = 0;
+  observer.column_ends = [&](const StabilityMap&) -> Result<void> {
+    ++climbed;
+    return failure("the disk", "is full");
+  };
+  const auto map = stability_map(sweep(oscillator, "spring.stiffness", "4,100"), settings, observer);
+  ASSERT_FALSE(map);
+  EXPECT_EQ(map.error().message(), "the disk: is full");
+  EXPECT_EQ(climbed, 1);
 }
 
 TEST(Stability, LimitsOfAnUndampedSpringMatchTheory) {

@@ -263,6 +263,7 @@ TEST(WorkPrecision, DoesNotRepeatKnownRuns) {
   observer.ladder_ends = [&](const auto& points) {
     ++ends;
     EXPECT_EQ(points[0].seconds, 7);
+    return Result<void>();
   };
   const WorkPrecision chart = work_precision(oscillator(), settings, observer).value();
   EXPECT_EQ(ends, 6u);  // two ladders, three shares of the budget
@@ -278,7 +279,10 @@ TEST(WorkPrecision, CoarseChartsOfAllMethodsComeFirst) {
   const WorkPrecisionSettings settings = measured_once({"rk4", "dop853", "gauss4"}, 0.05);
   std::vector<WorkPrecision> coarse;
   WorkPrecisionObserver observer;
-  observer.round_ends = [&](const WorkPrecision& chart) { coarse.push_back(chart); };
+  observer.round_ends = [&](const WorkPrecision& chart) {
+    coarse.push_back(chart);
+    return Result<void>();
+  };
   const WorkPrecision whole = work_precision(oscillator(), settings, observer).value();
   const auto ladder = [](const WorkPrecision& chart, std::size_t variant) {
     std::vector<WorkPrecisionPoint> out;

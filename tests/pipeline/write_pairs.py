@@ -138,11 +138,11 @@ if 0.5 < chance < 0.65:
     what, labels = "flip", np.flip(labels, axis)
     done.append("xyz"[axis])
 elif 0.65 <= chance < 0.85:
-    way = noise.normal(size=3)
-    way *= draw.uniform(12, 40) / np.linalg.norm(way)
+    shift = noise.normal(size=3)
+    shift *= draw.uniform(12, 40) / np.linalg.norm(shift)
     what = "shift"
-    place[:, 3] += way
-    done.append("%.0f mm" % np.linalg.norm(way))
+    place[:, 3] += shift
+    done.append("%.0f mm" % np.linalg.norm(shift))
 elif chance >= 0.85:
     _, labels, place = body(names[1])
     what = "foreign"

@@ -210,7 +210,7 @@ class Refusals(unittest.TestCase):
         scene = scene_of("double_pendulum")
         system = borelli.System(scene)
         for words, act in [("q: has the shape (3); expected (2)", lambda: system.state(q=[1, 2, 3])),
-                           ("q: is no array of numbers", lambda: system.state(q=["a", "b"])),
+                           ("q: is not an array of numbers", lambda: system.state(q=["a", "b"])),
                            ("efforts: has the shape (1)", lambda: system.evaluate(system.state(), [1])),
                            ("duration", lambda: borelli.simulate(scene, durations=1)),
                            ("rk4, whose steps have a fixed length",

@@ -102,11 +102,11 @@ TEST_F(OneSided, LegThatEndsAboveTheKneeIsAStump) {
   expect_as_in_whole(found, "_left");
   const PartFinding& thigh = part(found, "thigh_left");
   EXPECT_EQ(thigh.coverage, Coverage::cut);
-  EXPECT_EQ(thigh.note, "stump: shank and foot are absent as told");
+  EXPECT_EQ(thigh.note, "stump: shank and foot are stated as absent");
   EXPECT_NEAR(thigh.confidence, part(*whole_, "thigh_left").confidence, 0.05);
   for (const char* name : {"shank_left", "foot_left"}) {
     EXPECT_EQ(part(found, name).coverage, Coverage::absent);
-    EXPECT_EQ(part(found, name).note, "absent as told");
+    EXPECT_EQ(part(found, name).note, "stated as absent");
   }
   for (const char* mark : {"knee_left", "ankle_left", "toe_tip_left"})
     EXPECT_FALSE(found.landmarks.contains(mark)) << mark;
@@ -121,7 +121,7 @@ TEST_F(OneSided, ForearmThatEndsAboveTheWristIsAStump) {
   const Segmentation found =
       segmented(without({"hand_left"}, "forearm_left", "elbow_left", "wrist_left", 0.5), "hand_left");
   expect_as_in_whole(found, "_left");
-  EXPECT_EQ(part(found, "forearm_left").note, "stump: hand is absent as told");
+  EXPECT_EQ(part(found, "forearm_left").note, "stump: hand is stated as absent");
   EXPECT_EQ(part(found, "upper_arm_left").coverage, Coverage::whole);
   EXPECT_NEAR(part(found, "upper_arm_left").volume / part(*whole_, "upper_arm_left").volume, 1, 0.02);
   EXPECT_FALSE(found.landmarks.contains("wrist_left"));
@@ -139,7 +139,7 @@ TEST_F(OneSided, OneLegIsFoundWithoutTheOther) {
     const Eigen::Vector3d middle = body_->landmarks.at("mid_hip").point;
     EXPECT_LT((found.landmarks.at("mid_hip").point - middle).norm(), 8) << told;
     EXPECT_EQ(says(found, "give --absent thigh_left"), *told == '\0');
-    EXPECT_EQ(part(found, "thigh_left").note, *told ? "absent as told" : "");
+    EXPECT_EQ(part(found, "thigh_left").note, *told ? "stated as absent" : "");
   }
 }
 

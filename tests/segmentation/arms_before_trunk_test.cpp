@@ -125,7 +125,7 @@ TEST(ArmsBeforeTrunk, DoubtsIliacSpinesThatDiffer) {
   ASSERT_GT(off, 30);
   EXPECT_GT(2 * left.deviation, off);
   EXPECT_TRUE(std::any_of(found->warnings.begin(), found->warnings.end(), [](const Warning& warning) {
-    return warning.item == "thigh left" && warning.text.find("iliac spines") != std::string::npos;
+    return warning.item == "left thigh" && warning.text.find("iliac spines") != std::string::npos;
   }));
 }
 

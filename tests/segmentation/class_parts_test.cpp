@@ -251,7 +251,7 @@ TEST(ClassParts, IcrpMalesOrgansGiveHisParts) {
   };
   ASSERT_EQ(sentences.size(), 3u) << sentences.front();
   EXPECT_EQ(
-      count_of("upper arm left, upper arm right (nothing shows its boundary where it touches other parts)"),
+      count_of("left upper arm, right upper arm (nothing shows its boundary where it touches other parts)"),
       1);
   EXPECT_EQ(count_of("voxels of 8.0 mm are large"), 1);
   EXPECT_EQ(count_of("so the bones' outlines place them"), 1);

@@ -42,14 +42,14 @@ TEST(Geodesic, UniformCostGivesThePathLength) {
         EXPECT_NEAR(found.length(i, j, k), expected, 1e-4 * (1 + expected));  // sums of floats
         EXPECT_EQ(found.owner.at(i, j, k), 7);
       }
-  const auto way = found.way_to(static_cast<std::uint32_t>(cost.grid.offset(14, 5, 2)));
-  EXPECT_EQ(way.size(), 11U);
-  EXPECT_EQ(way.front(), cost.grid.offset(4, 5, 2));
+  const auto path = found.path_to(static_cast<std::uint32_t>(cost.grid.offset(14, 5, 2)));
+  EXPECT_EQ(path.size(), 11U);
+  EXPECT_EQ(path.front(), cost.grid.offset(4, 5, 2));
 }
 
 TEST(Geodesic, PathsAvoidWallsAndSeedsShareTheRest) {
   auto cost = even_cost({21, 21, 1}, 1, 1);
-  for (std::int64_t j = 0; j < 20; ++j) cost.at(10, j, 0) = no_way;
+  for (std::int64_t j = 0; j < 20; ++j) cost.at(10, j, 0) = no_path;
   auto seeds = no_seeds(cost.grid);
   seeds.at(9, 0, 0) = 1;
   seeds.at(20, 20, 0) = 2;
@@ -68,7 +68,7 @@ TEST(Geodesic, PathsStopAtTheRequestedLength) {
   const auto found = geodesic({cost, 0}, seeds, false, 10.5F);
   EXPECT_EQ(found.owner.at(10, 1, 1), 1);
   EXPECT_EQ(found.owner.at(11, 1, 1), 0);
-  EXPECT_EQ(found.length(11, 1, 1), no_way);
+  EXPECT_EQ(found.length(11, 1, 1), no_path);
 }
 
 TEST(Geodesic, HandlesAVolumeOfOneColumn) {
@@ -86,11 +86,11 @@ std::vector<double> lengths_from(const Volume<float>& cost, const Volume<std::ui
   const Grid& g = cost.grid;
   using Entry = std::pair<double, std::array<std::int64_t, 3>>;
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
-  std::vector<double> length(g.count(), no_way);
+  std::vector<double> length(g.count(), no_path);
   for (std::int64_t k = 0; k < g.size[2]; ++k)
     for (std::int64_t j = 0; j < g.size[1]; ++j)
       for (std::int64_t i = 0; i < g.size[0]; ++i)
-        if (seeds.at(i, j, k) == label && cost.at(i, j, k) != no_way)
+        if (seeds.at(i, j, k) == label && cost.at(i, j, k) != no_path)
           length[g.offset(i, j, k)] = 0, queue.push({0, {i, j, k}});
   while (!queue.empty()) {
     const auto [here, at] = queue.top();
@@ -122,18 +122,18 @@ TEST(Geodesic, PathsAcrossHalvesAreTheCheapest) {
   for (std::int64_t k = 0; k < nz; ++k)
     for (std::int64_t i = 0; i < nx; ++i)
       for (std::int64_t j = 15; j < ny; j += 15)  // open at alternating ends
-        if (j % 2 ? i > 5 : i + 5 < nx) cost.at(i, j, k) = no_way;
+        if (j % 2 ? i > 5 : i + 5 < nx) cost.at(i, j, k) = no_path;
   auto seeds = no_seeds(cost.grid);
   seeds.at(2, 2, 50) = 1;
   seeds.at(nx - 3, 3, 10) = 2;
   seeds.at(60, 40, 90) = 1;
   seeds.at(61, 70, 5) = 2;
   seeds.at(50, 15, 5) = 3;  // in a wall
-  ASSERT_EQ(cost.at(50, 15, 5), no_way);
+  ASSERT_EQ(cost.at(50, 15, 5), no_path);
   const std::array by_label{lengths_from(cost, seeds, 1), lengths_from(cost, seeds, 2)};
 
   const auto places = [&](int threads) { return Places(cost, threads); };
-  for (const float longest : {no_way, 60.0F}) {
+  for (const float longest : {no_path, 60.0F}) {
     const auto found = geodesic(places(2), seeds, true, longest);
     EXPECT_EQ(geodesic(places(1), seeds, true, longest).owner.voxels, found.owner.voxels);
     std::size_t reached = 0, worst = 0;
@@ -142,7 +142,7 @@ TEST(Geodesic, PathsAcrossHalvesAreTheCheapest) {
       const double shortest = std::min(by_label[0][o], by_label[1][o]), off = 1e-5 * (1 + shortest);
       const auto owner = found.owner.voxels[o];
       if (owner == 0) {
-        EXPECT_GT(shortest, longest == no_way ? 1e30 : static_cast<double>(longest) - off);
+        EXPECT_GT(shortest, longest == no_path ? 1e30 : static_cast<double>(longest) - off);
         continue;
       }
       ++reached;
@@ -158,21 +158,21 @@ TEST(Geodesic, PathsAcrossHalvesAreTheCheapest) {
     std::size_t far = 0;
     for (std::size_t o = 0; o < cost.grid.count(); ++o)
       if (found.owner.voxels[o] && (!found.owner.voxels[far] || found.length(o) > found.length(far))) far = o;
-    const auto way = found.way_to(static_cast<std::uint32_t>(far));
-    EXPECT_EQ(seeds.voxels[way.front()], found.owner.voxels[far]);
+    const auto path = found.path_to(static_cast<std::uint32_t>(far));
+    EXPECT_EQ(seeds.voxels[path.front()], found.owner.voxels[far]);
     double sum = 0;
     bool left = false, right = false;
-    for (std::size_t n = 0; n < way.size(); ++n) {
-      (way[n] % nx < nx / 2 ? left : right) = true;
+    for (std::size_t n = 0; n < path.size(); ++n) {
+      (path[n] % nx < nx / 2 ? left : right) = true;
       if (n == 0) continue;
       const auto place = [&](std::uint32_t o) {
         return Eigen::Vector3d(static_cast<double>(o % nx), static_cast<double>(o / nx % ny),
                                static_cast<double>(o / nx / ny));
       };
-      const Eigen::Vector3d step = place(way[n]) - place(way[n - 1]);
+      const Eigen::Vector3d step = place(path[n]) - place(path[n - 1]);
       ASSERT_EQ(step.cwiseAbs().maxCoeff(), 1);
       sum += 1.5 * step.norm() * 0.5 *
-             (static_cast<double>(cost.voxels[way[n]]) + static_cast<double>(cost.voxels[way[n - 1]]));
+             (static_cast<double>(cost.voxels[path[n]]) + static_cast<double>(cost.voxels[path[n - 1]]));
     }
     EXPECT_NEAR(sum, found.length(far), 1e-5 * (1 + sum));
     EXPECT_TRUE(left && right);

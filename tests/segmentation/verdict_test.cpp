@@ -53,7 +53,7 @@ TEST(Verdict, StatureMatchesTheBody) {
 TEST(Verdict, DoubtsEveryCaseOfItsDocstring) {
   Segmentation found = exact_body();
   found.part[label("thigh_left")].confidence = 0.49;
-  EXPECT_EQ(in_words(verdict_on(found)), "doubtful: the boundaries of the thigh left are uncertain");
+  EXPECT_EQ(in_words(verdict_on(found)), "doubtful: the boundaries of the left thigh are uncertain");
 
   found = exact_body();
   found.part[label("hand_left")].volume *= 1.3;
@@ -66,7 +66,7 @@ TEST(Verdict, DoubtsEveryCaseOfItsDocstring) {
   found = exact_body();
   found.landmarks.at("knee_left").deviation = 16;
   EXPECT_EQ(in_words(verdict_on(found)),
-            "doubtful: these joints and boundaries may lie far off: knee left by 16 mm");
+            "doubtful: these joints and boundaries may lie far off: left knee by 16 mm");
   found.landmarks.at("knee_left").deviation = 15;
   EXPECT_EQ(verdict_on(found).verdict, Verdict::good);
 

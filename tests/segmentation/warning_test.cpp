@@ -25,10 +25,10 @@ TEST(Warnings, OfOneReasonAreJoinedWorstFirst) {
 TEST(Warnings, ItemsOfOneReasonAreListedTogether) {
   const std::string head = "uncertain";
   std::vector<Warning> all{joined_warning(WarningKind::part, Severity::doubt, head, "head", "no neck"),
-                           joined_warning(WarningKind::part, Severity::fault, head, "hand left", "too large"),
+                           joined_warning(WarningKind::part, Severity::fault, head, "left hand", "too large"),
                            joined_warning(WarningKind::part, Severity::doubt, head, "trunk", "no neck")};
   EXPECT_EQ(in_sentences(all),
-            std::vector<std::string>{"uncertain: hand left (too large), head, trunk (no neck)"});
+            std::vector<std::string>{"uncertain: left hand (too large), head, trunk (no neck)"});
   // a single one keeps its text
   all.resize(1);
   all[0].text = "the boundaries of the head are uncertain: no neck";

@@ -19,7 +19,7 @@ float smooth(float u) {
 
 std::uint16_t in_units(float share) { return static_cast<std::uint16_t>(std::lround(65535 * share)); }
 
-struct Ways {
+struct Paths {
   std::vector<float> length;
   std::vector<std::uint8_t> nearest;
 };
@@ -33,38 +33,38 @@ class Sharing {
 
   void all() {
     by_height();
-    const Ways torso = ways({"upper_trunk"}), pelvis = ways({"lower_trunk"});
+    const Paths torso = paths({"upper_trunk"}), pelvis = paths({"lower_trunk"});
     {
-      const Ways head = ways({"head"}, [&](std::size_t n) { return !body_.is(n, 47, 48); });
-      by_ways(torso, head, "neck", 200, {"head"});
+      const Paths head = paths({"head"}, [&](std::size_t n) { return !body_.is(n, 47, 48); });
+      by_paths(torso, head, "neck", 200, {"head"});
     }
-    const Ways upper_arm = ways({"upper_arm_left", "upper_arm_right"});
-    by_ways(torso, upper_arm, "shoulder", 80, {"upper_arm", "forearm", "hand"});
-    const Ways forearm = ways({"forearm_left", "forearm_right"});
-    by_ways(upper_arm, forearm, "elbow", 60, {"forearm", "hand"});
-    by_ways(forearm, ways({"hand_left", "hand_right"}), "wrist", 40, {"hand"});
-    const Ways thigh = ways({"thigh_left", "thigh_right"});
-    by_ways(pelvis, thigh, "hip", 100, {"thigh", "shank", "foot"});
-    const Ways shank = ways({"shank_left", "shank_right"});
-    by_ways(thigh, shank, "knee", 70, {"shank", "foot"});
-    by_ways(shank, ways({"foot_left", "foot_right"}), "ankle", 50, {"foot"});
+    const Paths upper_arm = paths({"upper_arm_left", "upper_arm_right"});
+    by_paths(torso, upper_arm, "shoulder", 80, {"upper_arm", "forearm", "hand"});
+    const Paths forearm = paths({"forearm_left", "forearm_right"});
+    by_paths(upper_arm, forearm, "elbow", 60, {"forearm", "hand"});
+    by_paths(forearm, paths({"hand_left", "hand_right"}), "wrist", 40, {"hand"});
+    const Paths thigh = paths({"thigh_left", "thigh_right"});
+    by_paths(pelvis, thigh, "hip", 100, {"thigh", "shank", "foot"});
+    const Paths shank = paths({"shank_left", "shank_right"});
+    by_paths(thigh, shank, "knee", 70, {"shank", "foot"});
+    by_paths(shank, paths({"foot_left", "foot_right"}), "ankle", 50, {"foot"});
   }
 
  private:
-  Ways ways(
+  Paths paths(
       std::initializer_list<std::string_view> of,
       const std::function<bool(std::size_t)>& keep = [](std::size_t) { return true; }) const {
     std::vector<std::uint8_t> seed(bones_.size());
     for (std::size_t n = 0; n < seed.size(); ++n)
       for (const std::string_view name : of)
         if (bones_[n] == part_label(name) && keep(n)) seed[n] = bones_[n];
-    Ways out;
-    out.length = ways_through(body_, seed, followed, &out.nearest);
+    Paths out;
+    out.length = paths_through(body_, seed, followed, &out.nearest);
     return out;
   }
 
-  void by_ways(const Ways& before, const Ways& behind, const std::string& joint, float width,
-               std::initializer_list<std::string_view> chain) {
+  void by_paths(const Paths& before, const Paths& behind, const std::string& joint, float width,
+                std::initializer_list<std::string_view> chain) {
     const bool sided = joint != "neck";
     for (const std::string side : {"_left", "_right"}) {
       const std::size_t j = joint_index(sided ? joint + side : joint);
@@ -75,10 +75,10 @@ class Sharing {
       for (std::size_t n = 0; n < out_.size(); ++n) {
         const float p = before.length[n], c = behind.length[n];
         float share = beyond[body_.owner[n]];
-        if (p < no_tissue_way && c < no_tissue_way &&
+        if (p < no_tissue_path && c < no_tissue_path &&
             (!sided || parts[behind.nearest[n]].name.ends_with(side)))
           share = p + c > 0 ? smooth(0.5F + 0.5F * (p - c) / std::min(width, p + c)) : 0.5F;
-        else if (p < no_tissue_way && c < no_tissue_way)
+        else if (p < no_tissue_path && c < no_tissue_path)
           share = 0;
         out_[n][j] = in_units(share);
       }
@@ -113,11 +113,11 @@ class Sharing {
 std::vector<float> lifts(const LabelledBody& body) {
   std::vector<std::uint8_t> skin(body.voxel.size());
   for (std::size_t n = 0; n < skin.size(); ++n) skin[n] = body.is(n, 122, 125);
-  const std::vector<float> depth = ways_through(body, skin, 80);
+  const std::vector<float> depth = paths_through(body, skin, 80);
   std::vector<float> out(skin.size());
   for (std::size_t n = 0; n < out.size(); ++n)
     out[n] =
-        depth[n] < no_tissue_way ? smooth(float(body.off_bone[n]) / 30) * (1 - smooth(depth[n] / 60)) : 0;
+        depth[n] < no_tissue_path ? smooth(float(body.off_bone[n]) / 30) * (1 - smooth(depth[n] / 60)) : 0;
   return out;
 }
 

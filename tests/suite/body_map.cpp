@@ -107,10 +107,10 @@ Vector3d BodyMap::operator()(const Vector3d& rest, const Shares& shares, double 
     if (joint.starts_with("elbow")) {
       const std::size_t side = joint == "elbow_left" ? 0 : 1;
       if (motion_.pronation[side] != 0) {
-        const Vector3d way = wrist_rest_[side] - pivot_[p];
-        const double t = std::clamp((x - pivot_[p]).dot(way) / way.squaredNorm(), 0.0, 1.0);
+        const Vector3d forearm = wrist_rest_[side] - pivot_[p];
+        const double t = std::clamp((x - pivot_[p]).dot(forearm) / forearm.squaredNorm(), 0.0, 1.0);
         z = moved_[p] +
-            Eigen::AngleAxisd(motion_.pronation[side] * t * shares[j] * share_unit, way.normalized()) *
+            Eigen::AngleAxisd(motion_.pronation[side] * t * shares[j] * share_unit, forearm.normalized()) *
                 (z - moved_[p]);
       }
     }

@@ -65,7 +65,7 @@ struct Table {
 void add(const suite::LabelledScan& scan, std::size_t samples, std::int32_t number, std::mt19937_64& random,
          Table& table) {
   // fine and coarse work grids, as users may have
-  const Anatomy anatomy = look(scan.grey, random() % 3 == 0 ? 3 : 4, 0);
+  const Anatomy anatomy = anatomy_of(scan.grey, random() % 3 == 0 ? 3 : 4, 0);
   const CoarseBody body = coarse_body(anatomy);
   if (body.places.size() < 500) return;
   const VoxelFeatures features(body);

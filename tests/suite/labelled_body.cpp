@@ -117,8 +117,8 @@ std::vector<std::uint8_t> bone_parts(const LabelledBody& body) {
 }
 
 // Dijkstra's shortest paths over 26 neighbours, in buckets of half a millimetre.
-std::vector<float> ways_through(const LabelledBody& body, const std::vector<std::uint8_t>& seed,
-                                float longest, std::vector<std::uint8_t>* nearest) {
+std::vector<float> paths_through(const LabelledBody& body, const std::vector<std::uint8_t>& seed,
+                                 float longest, std::vector<std::uint8_t>* nearest) {
   const Grid& g = body.grid;
   struct Step {
     std::int64_t di, dj, dk, offset;
@@ -132,25 +132,26 @@ std::vector<float> ways_through(const LabelledBody& body, const std::vector<std:
           steps.push_back({di, dj, dk, (dk * g.size[1] + dj) * g.size[0] + di,
                            float((g.axes * Eigen::Vector3d(di, dj, dk)).norm())});
   constexpr float width = 0.5F;
-  std::vector<float> way(body.voxel.size(), no_tissue_way);
+  std::vector<float> path_length(body.voxel.size(), no_tissue_path);
   std::vector<std::vector<std::uint32_t>> bucket(1);
-  for (std::size_t n = 0; n < way.size(); ++n)
-    if (seed[n]) way[n] = 0, bucket[0].push_back(static_cast<std::uint32_t>(n));
+  for (std::size_t n = 0; n < path_length.size(); ++n)
+    if (seed[n]) path_length[n] = 0, bucket[0].push_back(static_cast<std::uint32_t>(n));
   if (nearest) *nearest = seed;
   for (std::size_t b = 0; b < bucket.size(); ++b) {
     for (std::size_t m = 0; m < bucket[b].size(); ++m) {  // grows during the loop
       const std::uint32_t n = bucket[b][m];
-      if (static_cast<std::size_t>(way[n] / width) != b) continue;
+      if (static_cast<std::size_t>(path_length[n] / width) != b) continue;
       const std::int64_t o = body.voxel[n], i = o % g.size[0], j = o / g.size[0] % g.size[1],
                          k = o / (g.size[0] * g.size[1]);
       for (const Step& s : steps) {
         if (!g.holds(i + s.di, j + s.dj, k + s.dk)) continue;
         const std::uint32_t to = body.number[static_cast<std::size_t>(o + s.offset)];
         if (to == 0) continue;
-        const float length = way[n] + s.length;
-        if (length >= way[to - 1] || length > longest || !may_touch(body.contact[n], body.contact[to - 1]))
+        const float length = path_length[n] + s.length;
+        if (length >= path_length[to - 1] || length > longest ||
+            !may_touch(body.contact[n], body.contact[to - 1]))
           continue;
-        way[to - 1] = length;
+        path_length[to - 1] = length;
         if (nearest) (*nearest)[to - 1] = (*nearest)[n];
         const auto in = static_cast<std::size_t>(length / width);
         if (in >= bucket.size()) bucket.resize(in + 1);
@@ -159,7 +160,7 @@ std::vector<float> ways_through(const LabelledBody& body, const std::vector<std:
     }
     std::vector<std::uint32_t>().swap(bucket[b]);
   }
-  return way;
+  return path_length;
 }
 
 LabelledBody labelled_body(const std::string& name, const Volume<std::int16_t>& organs,
@@ -182,12 +183,12 @@ LabelledBody labelled_body(const std::string& name, const Volume<std::int16_t>& 
   const double middle = middle_x(body);
   tell_arms(body, middle);
   const std::vector<std::uint8_t> bones = bone_parts(body);
-  std::vector<float> way = ways_through(body, bones, no_tissue_way, &body.owner);
+  std::vector<float> path_length = paths_through(body, bones, no_tissue_path, &body.owner);
   tell_legs(body, body.owner, crotch(body, middle));
-  way = ways_through(body, bones, no_tissue_way, &body.owner);
-  body.off_bone.resize(way.size());
-  for (std::size_t n = 0; n < way.size(); ++n) {
-    body.off_bone[n] = static_cast<std::uint8_t>(std::min(way[n], 255.0F));
+  path_length = paths_through(body, bones, no_tissue_path, &body.owner);
+  body.off_bone.resize(path_length.size());
+  for (std::size_t n = 0; n < path_length.size(); ++n) {
+    body.off_bone[n] = static_cast<std::uint8_t>(std::min(path_length[n], 255.0F));
     if (body.owner[n] == 0) body.owner[n] = label("lower_trunk");  // specks that touch nothing
   }
   body.landmarks = find_body_landmarks(body);

@@ -46,12 +46,12 @@ struct LabelledBody {
 /// Whether tissues of two contact classes are continuous where they meet.
 bool may_touch(std::uint8_t a, std::uint8_t b);
 
-/// Lengths of the shortest paths (mm) through tissue from seeds, by number of voxel; `no_tissue_way` if
+/// Lengths of the shortest paths (mm) through tissue from seeds, by number of voxel; `no_tissue_path` if
 /// longer than `longest`. `seed` holds the seeds' labels (0: none); `nearest` receives the label at each
 /// path's start.
-inline constexpr float no_tissue_way = std::numeric_limits<float>::infinity();
-std::vector<float> ways_through(const LabelledBody& body, const std::vector<std::uint8_t>& seed,
-                                float longest, std::vector<std::uint8_t>* nearest = nullptr);
+inline constexpr float no_tissue_path = std::numeric_limits<float>::infinity();
+std::vector<float> paths_through(const LabelledBody& body, const std::vector<std::uint8_t>& seed,
+                                 float longest, std::vector<std::uint8_t>* nearest = nullptr);
 
 /// The part of each bone voxel by organ number and side, 0 of flesh.
 std::vector<std::uint8_t> bone_parts(const LabelledBody& body);

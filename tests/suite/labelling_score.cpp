@@ -93,7 +93,7 @@ void calibrate(const ClassProbabilities& probabilities, std::size_t n, int regio
 }  // namespace
 
 LabellingScore score_labelling(const LabelledScan& scan, const Forest& forest) {
-  const Anatomy anatomy = look(scan.grey, 3, 0);
+  const Anatomy anatomy = anatomy_of(scan.grey, 3, 0);
   const auto start = std::chrono::steady_clock::now();
   const std::clock_t processor = std::clock();
   const CoarseBody b = coarse_body(anatomy);

@@ -166,10 +166,10 @@ class Drawing {
       kind("head turned");
       turn("neck").z() = (chance(pose_, 0.5) ? 1 : -1) * angle(25, 55);
     }
-    const int way = pick(body_, 10);
+    const int choice = pick(body_, 10);
     double about = uniform(body_, -6, 6);
-    if (way == 0) about += chance(body_, 0.5) ? 90 : -90, kind("lying on a side");
-    if (way == 1) about += 180, kind("prone");
+    if (choice == 0) about += chance(body_, 0.5) ? 90 : -90, kind("lying on a side");
+    if (choice == 1) about += 180, kind("prone");
     constexpr double degree = std::numbers::pi / 180;
     warp_.motion.whole = (AngleAxisd(uniform(body_, -4, 4) * degree, Vector3d::UnitX()) *
                           AngleAxisd(uniform(body_, -4, 4) * degree, Vector3d::UnitY()) *

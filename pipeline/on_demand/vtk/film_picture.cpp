@@ -107,11 +107,11 @@ class Performer {
     normals->SetFeatureAngle(50);
     vtkNew<vtkPolyDataMapper> mapper;
     mapper->SetInputConnection(normals->GetOutputPort());
-    vtkProperty* const look = add(mapper, stage)->GetProperty();
-    look->SetColor(colour.red / 255.0, colour.green / 255.0, colour.blue / 255.0);
-    look->SetSpecular(0.12);
-    look->SetSpecularPower(18);
-    look->SetAmbient(0.18);
+    vtkProperty* const surface = add(mapper, stage)->GetProperty();
+    surface->SetColor(colour.red / 255.0, colour.green / 255.0, colour.blue / 255.0);
+    surface->SetSpecular(0.12);
+    surface->SetSpecularPower(18);
+    surface->SetAmbient(0.18);
   }
   // white surfaces a little behind their black edges hide the edges behind them
   void show_lines(const Mesh& mesh, vtkRenderer& stage) {

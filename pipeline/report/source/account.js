@@ -37,7 +37,7 @@ export function makeTimings(run) {
     h(
       'table',
       { class: 'numbers timings' },
-      h('caption', {}, `Stages of this run, ${seconds(totalSeconds(run))} in all, some side by side`),
+      h('caption', {}, `Stages of this run, ${seconds(totalSeconds(run))} in all, some in parallel`),
       h(
         'thead',
         {},
@@ -108,7 +108,7 @@ function flatten(term, value, rows) {
 const said = {
   'segmentation/labels.nii.gz': 'the parts, voxel by voxel',
   'segmentation/labels.tsv': 'the labels’ names',
-  'segmentation/parts.nii.gz': 'all parts, of which those asked for were taken',
+  'segmentation/parts.nii.gz': 'all parts, before the segments were selected',
   'segmentation/landmarks.json': 'joint centres and bony points',
   'inertia/table.csv': 'the inertia table, for a spreadsheet',
   'inertia/table.json': 'the inertia table, for programs',
@@ -117,7 +117,7 @@ const said = {
   'motion/trajectory.csv': 'the motion as a table',
   'body.glb': 'the moving body, for any 3D viewer',
   'body.png': 'a picture of the body',
-  'run.json': 'this run’s account',
+  'run.json': 'the record of this run: stages, settings, warnings',
 };
 
 export function makeFiles(files) {

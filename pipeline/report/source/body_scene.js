@@ -37,7 +37,7 @@ export const views = {
 };
 
 /** Scene, camera and renderer; draws only when something changed. `loads`: see makeForceArrows, or null. */
-export async function makeBody(canvas, glb, way, loads) {
+export async function makeBody(canvas, glb, centrePath, loads) {
   const renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
   renderer.shadowMap.enabled = true;
   renderer.shadowMap.type = PCFShadowMap;
@@ -86,7 +86,7 @@ export async function makeBody(canvas, glb, way, loads) {
   // forces were measured on a floor at height 0; else the body's lowest point is the floor
   const ground = makeGround(travel, loads ? 0 : travel.box.min.y);
   const sun = addLights(scene, travel);
-  const path = way ? makePath(way, travel.size) : null;
+  const path = centrePath ? makePath(centrePath, travel.size) : null;
   const arrows = loads ? makeForceArrows(loads) : null;
   scene.add(ground.group, ...[path, arrows].filter(Boolean).map(({ group }) => group));
 
@@ -270,8 +270,8 @@ function measure(model, solids, duration, pose) {
 function makeGround({ box, start, size }, level) {
   // cells of half a metre under a body, of half a centimetre under a mechanism of some centimetres
   const scale = 10 ** Math.min(0, Math.floor(Math.log10(size / 0.7)));
-  const way = Math.max(size, box.getSize(new Vector3()).length() / 2);
-  const cells = Math.max(2, Math.ceil((way / scale) * 2));
+  const extent = Math.max(size, box.getSize(new Vector3()).length() / 2);
+  const cells = Math.max(2, Math.ceil((extent / scale) * 2));
   const reach = cells * scale;
   const group = new Group();
   let grid = null;

@@ -25,15 +25,15 @@ export function makeCertificate(motion) {
   return h(
     'div',
     { class: `certificate ${c.trusted ? 'trusted' : 'untrusted'}` },
-    h('h3', {}, c.trusted ? 'This motion can be trusted' : 'This motion is not to be trusted'),
-    c.vouches_for ? h('p', {}, `Trust vouches for ${c.vouches_for}.`) : null,
+    h('h3', {}, c.trusted ? 'This motion can be trusted' : 'This motion cannot be trusted'),
+    c.vouches_for ? h('p', {}, `The certificate vouches for ${c.vouches_for}.`) : null,
     c.trusted
       ? null
       : h(
           'p',
           { class: 'reason' },
           sentence(c.reason || 'The run gave no reason'),
-          Number.isFinite(c.reason_time) ? ` First so at ${seconds(c.reason_time)}.` : '',
+          Number.isFinite(c.reason_time) ? ` First at ${seconds(c.reason_time)}.` : '',
         ),
     h(
       'ul',
@@ -57,17 +57,17 @@ function balanceOf(c) {
 }
 
 function residualsOf(c) {
-  const impacts = c.impacts > 0 ? `, met with a speed ${c.impacts === 1 ? 'once' : `${c.impacts} times`} and lost ${significant(c.impact_loss, 3)} J in it` : '';
+  const impacts = c.impacts > 0 ? `, collided ${c.impacts === 1 ? 'once' : `${c.impacts} times`} and lost ${significant(c.impact_loss, 3)} J` : '';
   const contacts = c.contacts > 0 ? [`Solids may touch in ${c.contacts} ${c.contacts === 1 ? 'place' : 'places'}${impacts}.`] : [];
   if (c.constraint_rows === 0)
     return contacts.length > 0 ? contacts : ['The scene has no constraints beyond its joints.'];
   const rank = c.constraint_rank < c.constraint_rows ? `, of which ${c.constraint_rank} are independent` : '';
   const redundant = c.redundant?.length
-    ? ` (redundant: ${c.redundant.join(', ')}; their efforts are the least ones)`
+    ? ` (redundant: ${c.redundant.join(', ')}; of the forces that fulfil the constraints, the smallest are given)`
     : '';
   return [
     ...contacts,
-    `The constraints have ${c.constraint_rows} rows${rank}${redundant}; the table gives the worst that each was missed by.`,
+    `The constraints have ${c.constraint_rows} rows${rank}${redundant}; the table gives the largest error of each.`,
   ];
 }
 
@@ -145,6 +145,11 @@ const eventWords = {
   contact_opened: 'contact opens',
   stick: 'sticks',
   slip: 'slips',
+  half_turn: 'half a turn',
+  stop_reached: 'stop reached',
+  stop_left: 'stop left',
+  stop_slack: 'stop slack',
+  stop_taut: 'stop taut',
   rank_fell: 'rank falls',
   rank_regained: 'rank is back',
 };
@@ -163,7 +168,7 @@ export function eventTable(motion) {
     h(
       'table',
       { class: 'numbers' },
-      h('caption', {}, `What happened when${more}`),
+      h('caption', {}, `Events and their times${more}`),
       h(
         'thead',
         {},

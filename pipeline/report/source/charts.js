@@ -237,7 +237,7 @@ export function motionCharts(motion, player) {
   ];
   for (const { unit, rows } of multiplierGroups(motion.multipliers ?? [])) {
     charts.push(
-      makeChart({ ...shared, title: 'What the constraints exert', unit, curves: rows.slice(0, 6) }),
+      makeChart({ ...shared, title: 'Constraint forces', unit, curves: rows.slice(0, 6) }),
     );
   }
   return charts;

@@ -69,7 +69,7 @@ export function makeMassChart(rows, names, whole) {
           h('svg', { width: 14, height: 14, 'aria-hidden': 'true' }, mark(7, 7)),
           names[k] ?? k,
           hiddenBy && rows.some((row) => Number.isFinite(row.published[hiddenBy]?.mass))
-            ? ` (where it stands apart from ${names[hiddenBy] ?? hiddenBy})`
+            ? ` (if it differs from ${names[hiddenBy] ?? hiddenBy})`
             : '',
         ),
       ),
@@ -78,7 +78,7 @@ export function makeMassChart(rows, names, whole) {
           'span',
           {},
           h('svg', { class: 'masses', width: 26, height: 14, 'aria-hidden': 'true' }, errorBar(3, 23, 7)),
-          'its standard deviation to either side',
+          '± one standard deviation',
         )
       : null,
     rows.some((r) => r.completeness === 'cut')

@@ -8,10 +8,10 @@ const speeds = [0.01, 0.1, 0.25, 0.5, 1, 2];
 
 /**
  * The player; `glb` are the bytes of the model, `facts` maps a part's name to {mass, share} in the table's order,
- * `way` = {times, points} is the gravity centre's path in the world (Z up, m), `loads` = {times, forces, origin} the
+ * `centrePath` = {times, points} is the gravity centre's path in the world (Z up, m), `loads` = {times, forces, origin} the
  * ground forces (see makeForceArrows); each may be null.
  */
-export async function makePlayer(glb, facts, way, loads) {
+export async function makePlayer(glb, facts, centrePath, loads) {
   const canvas = h('canvas', {
     tabindex: 0,
     role: 'img',
@@ -20,7 +20,7 @@ export async function makePlayer(glb, facts, way, loads) {
   });
   const tip = h('div', { class: 'tip', role: 'status', hidden: true });
   const stage = h('div', { class: 'stage' }, canvas, tip);
-  const body = await makeBody(canvas, glb, way, loads);
+  const body = await makeBody(canvas, glb, centrePath, loads);
   const clock = makeClock(body);
   const legend = makeLegend(body, facts, stage);
   pointAtParts(stage, canvas, tip, body, legend, facts);

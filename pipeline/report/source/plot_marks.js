@@ -1,7 +1,7 @@
 // Draws a plot's contents within its axes: curves with dots, squares and triangles, crosses at the upper edge, tiles.
 import { css, darkScheme, h } from './dom.js';
 
-// colours of plot_look.cpp that are invisible on a dark page
+// colours of plot_style.cpp that are invisible on a dark page
 const onDark = {
   '#0072B2': '#4c9be8',
   '#000000': '#f0f0f0',

@@ -109,7 +109,7 @@ function madeFrom(source) {
   const pose = source.pose ? `The body was scanned ${source.pose}. ` : '';
   const sex = source.sex
     ? `Published values are those for the ${source.sex} sex.`
-    : 'No sex was stated, so that no published values stand beside these.';
+    : 'No sex was stated, so there are no published values to compare with.';
   return h('p', { class: 'quiet made-from' }, density, cuts, pose, sex);
 }
 
@@ -188,7 +188,7 @@ function table(caption, headRows, rows, cells, foot = null) {
           { class: row.completeness === 'whole' ? '' : row.completeness },
           partCell(row),
           row.completeness === 'absent'
-            ? h('td', { colspan: 20, class: 'quiet' }, row.notes.find((note) => note === 'absent as told') ?? 'not in the scan')
+            ? h('td', { colspan: 20, class: 'quiet' }, row.notes.find((note) => note === 'stated as absent') ?? 'not in the scan')
             : cells(row),
         ),
       ),
@@ -227,7 +227,7 @@ function massTable(rows, used, sources, ofBody) {
   const mass = sum((r) => r.mass);
   const volume = sum((r) => r.volume);
   const compared =
-    used.length > 0 ? '; differences are ours against the published ones, in percent of theirs' : '';
+    used.length > 0 ? '; differences are relative to the published values' : '';
   return table(
     `Volume, mass and share of ${ofBody ? 'the body’s mass' : 'the mass in the scan'}${compared}`,
     [
@@ -255,7 +255,7 @@ function massTable(rows, used, sources, ofBody) {
     h(
       'tr',
       {},
-      h('th', { scope: 'row' }, 'All together'),
+      h('th', { scope: 'row' }, 'All parts'),
       number(fixed(volume, 3)),
       number(fixed(mass / volume, 3)),
       number(fixed(mass, 3)),
@@ -284,8 +284,8 @@ const endpoints = {
   EJC: 'elbow joint centre',
   WJC: 'wrist joint centre',
   STYL: 'stylion',
-  MET3: 'third metacarpale',
-  DAC3: 'third dactylion',
+  MET3: 'head of the third metacarpal',
+  DAC3: 'tip of the middle finger',
   HJC: 'hip joint centre',
   KJC: 'knee joint centre',
   AJC: 'ankle joint centre',
@@ -396,11 +396,11 @@ function notesTable(rows) {
         .map((text) => h('div', {}, text)),
     );
   return table(
-    'How each part was measured, and where it does not compare with published values',
+    'How each part was measured, and why it is not compared with published values',
     [
       [
         partHead(),
-        head('confidence', { title: 'of its bounds: 1 where the landmarks that bound the part are sure' }),
+        head('confidence', { title: 'of its boundaries: 1 if the landmarks that bound the part are certain' }),
         ...['measured between', 'cuts', 'axes', 'remarks'].map((t) => h('th', { scope: 'col' }, t)),
       ],
     ],

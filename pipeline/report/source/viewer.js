@@ -132,7 +132,7 @@ function header(report, rows) {
       ? h(
           'p',
           { class: 'quiet absent' },
-          `Absent as told, with what hangs on it: ${report.segmentation.absent.split(',').map(partTitle).join(', ')}.`,
+          `Stated as absent, with the parts beyond: ${report.segmentation.absent.split(',').map(partTitle).join(', ')}.`,
         )
       : null,
     warnings.length > 0
@@ -192,7 +192,7 @@ function scan(report, grey, labels, fits, redraws) {
       h(
         'p',
         { class: 'quiet' },
-        'Where the circle runs along the bone’s edge, the joint centre is measured; where it does not, do not believe it.',
+        'Where the circle runs along the bone’s edge, the joint centre is measured; where it does not, distrust it.',
       ),
       makeFits(report.fits, fits),
     );
@@ -201,7 +201,7 @@ function scan(report, grey, labels, fits, redraws) {
     redraws.push(chart.draw);
     content.push(h('h3', {}, 'Grey values'), chart.element);
   }
-  const face = { taken: ' The face was taken away.', hidden: ' Grey values outside the labelled parts are left out.' };
+  const face = { taken: ' The face was removed.', hidden: ' Grey values outside the labelled parts are left out.' };
   const step = fixed(volume.step, 1);
   return section(
     'scan',

@@ -85,8 +85,8 @@ TEST(SampleWalk, StandingFeetNeitherSlideNorSink) {
 TEST(SampleWalk, ResemblesPublishedGait) {
   const SampleWalk& walk = sample().walk;
   const auto count = walk.positions.q.rows();
-  const double way = walk.positions.q(0, 1) - walk.positions.q(count - 1, 1);
-  EXPECT_NEAR(way / walk.positions.times.back(), 1.2, 0.05);
+  const double distance = walk.positions.q(0, 1) - walk.positions.q(count - 1, 1);
+  EXPECT_NEAR(distance / walk.positions.times.back(), 1.2, 0.05);
   const Eigen::MatrixXd& force = walk.loads[0].measured.force;
   int standing = 0;
   const int frames = int(std::lround(walk.timing.cycle * 100));

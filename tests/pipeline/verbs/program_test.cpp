@@ -38,6 +38,33 @@ TEST(Program, SuggestsTheFlagOrValueForAMistypedOne) {
       "--help)\n");
 }
 
+TEST(Program, TellsWhatAMissingOptionIs) {
+  const ProgramRun folder = run_program("export labels.nrrd --volume scan --dicom");
+  EXPECT_EQ(folder.code, 2);
+  EXPECT_EQ(folder.err,
+            "borelli: --output FOLDER is required: Folder for the files (see borelli export --help)\n");
+  EXPECT_EQ(run_program("export -o folder").err,
+            "borelli: labels is required: Label map: .nii.gz, .nrrd or .mha (see borelli export --help)\n");
+  // a mistyped flag is the nearer cause
+  EXPECT_EQ(run_program("export labels.nrrd --outptu folder").err,
+            "borelli: unknown flag --outptu; did you mean --output? (see borelli export --help)\n");
+}
+
+TEST(Program, RefusesSettingsOfAVideoThatIsNotWritten) {
+  const TestFolder folder;
+  const std::string scene = test::source_folder() + "/samples/pendulum.toml";
+  for (const std::string set : {"size 640x480", "rate 50", "speed 2", "view left", "style wire"}) {
+    const std::string flag = "--video-" + set.substr(0, set.find(' '));
+    const std::string refusal =
+        "borelli: " + flag + ": has no effect without --video, which names the file to write\n";
+    for (const std::string& verb : {"simulate " + scene, "run " + scene + " -o " + folder.path().string()}) {
+      const ProgramRun run = run_program(verb + " --video-" + set);
+      EXPECT_EQ(run.code, 2) << verb << ' ' << set;
+      EXPECT_EQ(run.err, refusal);
+    }
+  }
+}
+
 // A user reads names and words, not types and checks.
 TEST(Program, TellsValuesAndRangesInWords) {
   const std::string help = run_program("run --help").out;

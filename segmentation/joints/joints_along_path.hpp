@@ -14,15 +14,15 @@ namespace borelli {
 inline constexpr double flare_to_ankle = 42;
 
 /// Positions along a limb's path, mm from its root; 0 for a joint out of view.
-struct JointsAlongWay {
+struct JointsAlongPath {
   double middle = 0;         ///< knee or elbow
   bool middle_seen = false;  ///< knee: located by a gap or waist, not only by the widest place
   double end = 0;            ///< ankle or wrist
 };
 
 /// Joints on a leg's or an arm's path. `scale`: the body's size, see Trunk.
-JointsAlongWay leg_joints(const LimbWay& way, double scale);
-JointsAlongWay arm_joints(const LimbWay& way, double scale);
+JointsAlongPath leg_joints(const LimbPath& path, double scale);
+JointsAlongPath arm_joints(const LimbPath& path, double scale);
 
 /// A candidate wrist on an arm's path.
 struct WristPlace {
@@ -33,6 +33,6 @@ struct WristPlace {
 /// Candidate wrists distal to the elbow (mm), in order along the path: dips of the bones' section between
 /// broader places. On voxels as large as the wrist's gap, the dip distal to the carpus may be the deeper one;
 /// the lengths of forearm and hand then decide.
-std::vector<WristPlace> wrist_places(const LimbWay& way, const Eigen::Vector3d& elbow, double scale);
+std::vector<WristPlace> wrist_places(const LimbPath& path, const Eigen::Vector3d& elbow, double scale);
 
 }  // namespace borelli

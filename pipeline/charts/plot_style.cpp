@@ -1,4 +1,4 @@
-#include "pipeline/charts/plot_look.hpp"
+#include "pipeline/charts/plot_style.hpp"
 
 #include <algorithm>
 #include <string>
@@ -13,29 +13,29 @@ constexpr std::array<std::string_view, 7> dashes{"none", "8 3", "2 2", "10 3 2 3
 
 }  // namespace
 
-std::vector<CurveLook> curve_looks(const Plot& plot) {
-  std::vector<CurveLook> looks;
+std::vector<CurveStyle> curve_styles(const Plot& plot) {
+  std::vector<CurveStyle> styles;
   std::vector<std::pair<std::string, std::size_t>> groups;  // name, and number of its curves so far
   std::size_t alone = 0;
   for (const Curve& curve : plot.curves) {
     if (curve.broad) {
-      looks.push_back({"#F5EDA0", "none"});
+      styles.push_back({"#F5EDA0", "none"});
     } else if (curve.faint) {
-      looks.push_back({"#C4C4C4", "none"});
+      styles.push_back({"#C4C4C4", "none"});
     } else if (curve.group.empty()) {
       const std::size_t number = alone++;
-      looks.push_back({colours[number % colours.size()],
-                       dashes[(number + number / colours.size()) % dashes.size()],
-                       int(std::min<std::size_t>(number / colours.size(), 2))});
+      styles.push_back({colours[number % colours.size()],
+                        dashes[(number + number / colours.size()) % dashes.size()],
+                        int(std::min<std::size_t>(number / colours.size(), 2))});
     } else {
       auto group = std::ranges::find(groups, curve.group, &std::pair<std::string, std::size_t>::first);
       if (group == groups.end()) group = groups.insert(groups.end(), {curve.group, 0});
       const std::size_t number = group->second++;
-      looks.push_back({colours[std::size_t(group - groups.begin()) % colours.size()],
-                       dashes[number % dashes.size()], int(number % 3)});
+      styles.push_back({colours[std::size_t(group - groups.begin()) % colours.size()],
+                        dashes[number % dashes.size()], int(number % 3)});
     }
   }
-  return looks;
+  return styles;
 }
 
 }  // namespace borelli

@@ -10,7 +10,7 @@
 
 namespace borelli {
 
-struct CurveLook {
+struct CurveStyle {
   std::string_view colour;  ///< #RRGGBB
   std::string_view dash;    ///< lengths of strokes and gaps in pixels, by blanks; "none": a full line
   int shape = 0;            ///< of its marks: 0 dot, 1 square, 2 triangle
@@ -18,7 +18,7 @@ struct CurveLook {
 
 /// By the plot's curves. A curve without a group has a colour of its own; those of one group share theirs and
 /// differ in dash and shape. Curves of the same colour have different dashes.
-std::vector<CurveLook> curve_looks(const Plot& plot);
+std::vector<CurveStyle> curve_styles(const Plot& plot);
 
 /// Fill of a kind of tiles; its hatching distinguishes it in grey print.
 struct TileFill {
