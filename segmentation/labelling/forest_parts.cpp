@@ -337,7 +337,7 @@ ForestParts parts_by_forest(const Anatomy& a, const Trunk& found) {
             piece.region == BodyRegion::trunk
                 ? part_label("upper_trunk")
                 : label_of(proposal.voxel_class[place], chosen[static_cast<std::size_t>(p)].side);
-        if (label > 0 && found.absent[static_cast<std::size_t>(label)]) continue;
+        if (label == 0 || found.absent[static_cast<std::size_t>(label)]) continue;
         sum[static_cast<std::size_t>(label)] += piece.confidence, ++count[static_cast<std::size_t>(label)];
         if (a.bone.voxels[o]) out.bones.voxels[o] = static_cast<std::uint8_t>(label);
       }
@@ -347,7 +347,7 @@ ForestParts parts_by_forest(const Anatomy& a, const Trunk& found) {
     const Choice& limb = chosen[joint.piece];
     if (!limb.taken || joint.deviation == 0) continue;
     const std::string name = joint.name.substr(0, joint.name.find('_')) + side_suffix(limb.side);
-    // in drawn bodies whose shoulders are out of view the elbow lies 70 to 95 mm off
+    // in phantoms whose shoulders are out of view the elbow lies 70 to 95 mm off
     constexpr double without_shoulder = 80;
     const double deviation =
         joint.region == BodyRegion::arm ? std::max(joint.deviation, without_shoulder) : joint.deviation;
@@ -408,8 +408,8 @@ void doubt_forest_parts(const ForestParts& forest, Segmentation& out) {
     out.part[label].confidence = std::min(out.part[label].confidence, forest.confidence[label]);
   out.warnings.push_back({WarningKind::body, Severity::doubt,
                           "the scan shows neither both hips nor both shoulders; a trained forest named the "
-                          "parts by their tissue, and "
-                          "the borders between them are rough: see the deviations"});
+                          "parts by their tissue, and the borders between them are rough: see the "
+                          "deviations"});
 }
 
 }  // namespace borelli
