@@ -47,6 +47,37 @@ using Eigen::Vector3d;
 
 using Progress = std::function<void(double, std::string_view)>;
 
+// The bones of each part, from which the parts grow.
+struct SeedBones {
+  Volume<std::uint8_t> bones;
+  bool by_hand = false;  // from given landmarks alone
+};
+
+// Adds the joints that the classes show, and warnings about them, to `out`.
+SeedBones seed_bones(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, ClassParts* classes,
+                     const SegmentOptions& options, Segmentation& out) {
+  SeedBones seeds{label_bones(a, trunk, limbs, PartPlanes(out.landmarks)), false};
+  auto& bones = seeds.bones;
+  if (classes) {
+    if (options.convention == Convention::bone) part_axial_bones(a, trunk, out.landmarks, bones);
+    bones = classes->seeds(a, bones, PartPlanes(out.landmarks), out.landmarks);
+    std::vector<std::string> elsewhere;
+    classes->find_joints(a, bones, out.landmarks, elsewhere);
+    add_warnings(out.warnings, WarningKind::labels, Severity::note, elsewhere);
+    add_warnings(out.warnings, WarningKind::labels, Severity::note, options.classes->warnings);
+    add_warnings(out.warnings, WarningKind::labels, Severity::doubt, classes->warnings());
+    put_given(options.given, out.landmarks);
+  } else if (trunk.empty() && !options.given.empty()) {
+    bones = seeds_by_landmarks(a, out.landmarks);
+    seeds.by_hand =
+        std::any_of(bones.voxels.begin(), bones.voxels.end(), [](std::uint8_t v) { return v != 0; });
+  } else if (options.convention == Convention::bone) {
+    part_bones_at_joints(a, out.landmarks, trunk.scale, bones);
+    part_axial_bones(a, trunk, out.landmarks, bones);
+  }
+  return seeds;
+}
+
 // Parts and landmarks of a body whose trunk is known. `options`: for this volume; lengths are scaled if a
 // body of unusual size is viewed at an adult's size.
 Segmentation parts_of(const GreyVolume& volume, Anatomy& a, const Trunk& of_body, ClassParts* classes,
@@ -76,24 +107,7 @@ Segmentation parts_of(const GreyVolume& volume, Anatomy& a, const Trunk& of_body
   }
 
   progress(0.6, "separating the bones");
-  bool by_hand = false;
-  auto bones = label_bones(a, trunk, limbs, PartPlanes(out.landmarks));
-  if (classes) {
-    if (options.convention == Convention::bone) part_axial_bones(a, trunk, out.landmarks, bones);
-    bones = classes->seeds(a, bones, PartPlanes(out.landmarks), out.landmarks);
-    std::vector<std::string> elsewhere;
-    classes->find_joints(a, bones, out.landmarks, elsewhere);
-    add_warnings(out.warnings, WarningKind::labels, Severity::note, elsewhere);
-    add_warnings(out.warnings, WarningKind::labels, Severity::note, options.classes->warnings);
-    add_warnings(out.warnings, WarningKind::labels, Severity::doubt, classes->warnings());
-    put_given(options.given, out.landmarks);
-  } else if (trunk.empty() && !options.given.empty()) {
-    bones = seeds_by_landmarks(a, out.landmarks);
-    by_hand = std::any_of(bones.voxels.begin(), bones.voxels.end(), [](std::uint8_t v) { return v != 0; });
-  } else if (options.convention == Convention::bone) {
-    part_bones_at_joints(a, out.landmarks, trunk.scale, bones);
-    part_axial_bones(a, trunk, out.landmarks, bones);
-  }
+  const auto [bones, by_hand] = seed_bones(a, trunk, limbs, classes, options, out);
   progress(0.7, "dividing the soft tissue");
   auto owner = label_soft_tissue(a, lean.get(), bones, options.step, options.convention);
   mirror_legs(a, trunk, limbs, owner);
