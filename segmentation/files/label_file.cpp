@@ -257,6 +257,27 @@ void take_names(const ImageSegment& segment, std::int64_t number, bool as_parts,
   if (!segment.other_names.empty()) out.other_names[number] = segment.other_names;
 }
 
+// Makes the label map of the stored numbers. `labels`: of each number.
+void fill_labels(const StoredVoxels& voxels, ImageHeader& header,
+                 const std::map<std::int64_t, std::uint8_t>& labels, Read& out) {
+  LabelMap& map = out.labels.map;
+  map.grid = header.grid;
+  map.voxels = relabel(voxels, header, labels);
+  map.names = {"outside"};
+  map.warnings = std::move(header.warnings);
+  if (auto doubt = doubt_of_size(map.grid); !doubt.empty()) map.warnings.push_back(std::move(doubt));
+  out.labels.numbers = {0};
+  for (const auto& [number, label] : labels) {
+    if (map.names.size() <= label) map.names.resize(label + std::size_t{1});
+    if (out.labels.numbers.size() <= label) out.labels.numbers.resize(label + std::size_t{1});
+    const auto name = out.names.find(number);
+    if (name != out.names.end()) map.names[label] = name->second;
+    out.labels.numbers[label] = number;
+    if (const auto others = out.other_names.find(number); others != out.other_names.end())
+      out.labels.other_names[label] = others->second;
+  }
+}
+
 Result<Read> read_file(const std::string& path, const std::string& names, const Progress& progress,
                        bool as_parts, const Grid* scan = nullptr) {
   Result<ImageHeader> header;
@@ -320,22 +341,7 @@ Result<Read> read_file(const std::string& path, const std::string& names, const 
   const auto labels = assign_labels(path, *numbers, out.names, as_parts);
   if (!labels) return tl::unexpected(labels.error());
 
-  LabelMap& map = out.labels.map;
-  map.grid = header->grid;
-  map.voxels = relabel(*voxels, *header, *labels);
-  map.names = {"outside"};
-  map.warnings = std::move(header->warnings);
-  if (auto doubt = doubt_of_size(map.grid); !doubt.empty()) map.warnings.push_back(std::move(doubt));
-  out.labels.numbers = {0};
-  for (const auto& [number, label] : *labels) {
-    if (map.names.size() <= label) map.names.resize(label + std::size_t{1});
-    if (out.labels.numbers.size() <= label) out.labels.numbers.resize(label + std::size_t{1});
-    const auto name = out.names.find(number);
-    if (name != out.names.end()) map.names[label] = name->second;
-    out.labels.numbers[label] = number;
-    if (const auto others = out.other_names.find(number); others != out.other_names.end())
-      out.labels.other_names[label] = others->second;
-  }
+  fill_labels(*voxels, *header, *labels, out);
   return out;
 }
 

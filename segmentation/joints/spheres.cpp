@@ -60,21 +60,22 @@ Volume<float> box_blurred(const Volume<float>& in, int threads) {
   return out;
 }
 
-}  // namespace
-
-std::vector<FoundSphere> vote_balls(const Volume<std::int16_t>& hu, const Mask& bone, double least,
-                                    double most, double apart, int threads) {
-  const auto& g = hu.grid;
-  const double h = g.axes.col(0).norm();
-  Volume<float> level{g, std::vector<float>(g.count())};
+// The CT numbers within the range that tells bone, smoothed.
+Volume<float> smooth_levels(const Volume<std::int16_t>& hu, const Mask& bone, int threads) {
+  Volume<float> level{hu.grid, std::vector<float>(hu.grid.count())};
   in_slabs(std::ssize(level.voxels), threads, [&](std::int64_t first, std::int64_t last) {
     for (auto o = static_cast<std::size_t>(first); o < static_cast<std::size_t>(last); ++o) {
       const int least_level = bone.voxels[o] ? marrow_level : soft_level;
       level.voxels[o] = static_cast<float>(std::clamp<int>(hu.voxels[o], least_level, bone_level));
     }
   });
-  level = box_blurred(level, threads);
+  return box_blurred(level, threads);
+}
 
+// Each steep voxel votes for the centres of the balls of radius least to most (mm) on whose surface it lies.
+Volume<float> votes_for_centres(const Volume<float>& level, double least, double most, int threads) {
+  const auto& g = level.grid;
+  const double h = g.axes.col(0).norm();
   Volume<float> votes{g, std::vector<float>(g.count(), 0)};
   const auto at = [&](std::int64_t i, std::int64_t j, std::int64_t k) {
     return static_cast<double>(level.at(i, j, k));
@@ -112,8 +113,12 @@ std::vector<FoundSphere> vote_balls(const Volume<std::int16_t>& hu, const Mask& 
         }
       }
   });
-  votes = box_blurred(votes, threads);
+  return box_blurred(votes, threads);
+}
 
+// Voxels with more votes than their neighbours, in the order of the slices.
+std::vector<FoundSphere> local_maxima(const Volume<float>& votes, double radius, int threads) {
+  const auto& g = votes.grid;
   std::vector<std::vector<FoundSphere>> by_slice(static_cast<std::size_t>(g.size[2]));
   in_slabs(g.size[2], threads, [&](std::int64_t first, std::int64_t last) {
     for (std::int64_t k = std::max<std::int64_t>(1, first); k < std::min(g.size[2] - 1, last); ++k)
@@ -126,12 +131,20 @@ std::vector<FoundSphere> vote_balls(const Volume<std::int16_t>& hu, const Mask& 
             for (std::int64_t b = -1; b <= 1 && top; ++b)
               for (std::int64_t a = -1; a <= 1; ++a)
                 if (votes.at(i + a, j + b, k + c) > v) top = false;
-          if (top)
-            by_slice[static_cast<std::size_t>(k)].push_back({g.point(i, j, k), 0.5 * (least + most), v, 0});
+          if (top) by_slice[static_cast<std::size_t>(k)].push_back({g.point(i, j, k), radius, v, 0});
         }
   });
   std::vector<FoundSphere> found;
   for (const auto& slice : by_slice) found.insert(found.end(), slice.begin(), slice.end());
+  return found;
+}
+
+}  // namespace
+
+std::vector<FoundSphere> vote_balls(const Volume<std::int16_t>& hu, const Mask& bone, double least,
+                                    double most, double apart, int threads) {
+  const Volume<float> votes = votes_for_centres(smooth_levels(hu, bone, threads), least, most, threads);
+  std::vector<FoundSphere> found = local_maxima(votes, 0.5 * (least + most), threads);
   std::sort(found.begin(), found.end(),
             [](const FoundSphere& a, const FoundSphere& b) { return a.score > b.score; });
   std::vector<FoundSphere> kept;

@@ -48,6 +48,45 @@ using Eigen::Vector3d;
 
 using Progress = std::function<void(double, std::string_view)>;
 
+// The bones of each part, from which the parts grow.
+struct SeedBones {
+  Volume<std::uint8_t> bones;
+  bool by_hand = false;  // from given landmarks alone
+  std::optional<ForestParts> by_forest = std::nullopt;
+};
+
+// Adds the joints that the classes show, and warnings about them, to `out`.
+SeedBones seed_bones(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, ClassParts* classes,
+                     const SegmentOptions& options, Segmentation& out) {
+  SeedBones seeds{label_bones(a, trunk, limbs, PartPlanes(out.landmarks)), false};
+  auto& bones = seeds.bones;
+  if (classes) {
+    if (options.convention == Convention::bone) part_axial_bones(a, trunk, out.landmarks, bones);
+    bones = classes->seeds(a, bones, PartPlanes(out.landmarks), out.landmarks);
+    std::vector<std::string> elsewhere;
+    classes->find_joints(a, bones, out.landmarks, elsewhere);
+    add_warnings(out.warnings, WarningKind::labels, Severity::note, elsewhere);
+    add_warnings(out.warnings, WarningKind::labels, Severity::note, options.classes->warnings);
+    add_warnings(out.warnings, WarningKind::labels, Severity::doubt, classes->warnings());
+    put_given(options.given, out.landmarks);
+  } else if (trunk.empty() && !options.given.empty()) {
+    bones = seeds_by_landmarks(a, out.landmarks);
+    seeds.by_hand =
+        std::any_of(bones.voxels.begin(), bones.voxels.end(), [](std::uint8_t v) { return v != 0; });
+  } else if (trunk.empty() && a.proposal) {
+    seeds.by_forest = parts_by_forest(a, trunk);
+    bones = seeds.by_forest->bones;
+    out.landmarks.insert(seeds.by_forest->landmarks.begin(), seeds.by_forest->landmarks.end());
+    if (seeds.by_forest->empty()) seeds.by_forest.reset();
+  } else if (options.convention == Convention::bone) {
+    part_bones_at_joints(a, out.landmarks, trunk.scale, bones);
+    part_axial_bones(a, trunk, out.landmarks, bones);
+  }
+  if (a.proposal && !classes && !seeds.by_hand && !trunk.empty())
+    add_rootless_limbs(a, trunk, bones, out.landmarks);
+  return seeds;
+}
+
 // Parts and landmarks of a body whose trunk is known. `options`: for this volume; lengths are scaled if a
 // body of unusual size is viewed at an adult's size.
 Segmentation parts_of(const GreyVolume& volume, Anatomy& a, const Trunk& of_body, ClassParts* classes,
@@ -77,34 +116,7 @@ Segmentation parts_of(const GreyVolume& volume, Anatomy& a, const Trunk& of_body
   }
 
   progress(0.6, "separating the bones");
-  bool by_hand = false;
-  std::optional<ForestParts> by_forest;
-  auto bones = label_bones(a, trunk, limbs, PartPlanes(out.landmarks));
-  if (classes) {
-    if (options.convention == Convention::bone) part_axial_bones(a, trunk, out.landmarks, bones);
-    bones = classes->seeds(a, bones, PartPlanes(out.landmarks), out.landmarks);
-    std::vector<std::string> elsewhere;
-    classes->find_joints(a, bones, out.landmarks, elsewhere);
-    add_warnings(out.warnings, WarningKind::labels, Severity::note, elsewhere);
-    add_warnings(out.warnings, WarningKind::labels, Severity::note, options.classes->warnings);
-    add_warnings(out.warnings, WarningKind::labels, Severity::doubt, classes->warnings());
-    put_given(options.given, out.landmarks);
-  } else if (trunk.empty() && !options.given.empty()) {
-    bones = seeds_by_landmarks(a, out.landmarks);
-    by_hand = std::any_of(bones.voxels.begin(), bones.voxels.end(), [](std::uint8_t v) { return v != 0; });
-  } else if (trunk.empty() && a.proposal) {
-    by_forest = parts_by_forest(a, trunk);
-    if (by_forest->empty()) by_forest.reset();
-    if (by_forest) {
-      bones = by_forest->bones;
-      out.landmarks.insert(by_forest->landmarks.begin(), by_forest->landmarks.end());
-    }
-  } else if (options.convention == Convention::bone) {
-    part_bones_at_joints(a, out.landmarks, trunk.scale, bones);
-    part_axial_bones(a, trunk, out.landmarks, bones);
-  }
-  if (a.proposal && !classes && !by_hand && !trunk.empty())
-    add_rootless_limbs(a, trunk, bones, out.landmarks);
+  const auto [bones, by_hand, by_forest] = seed_bones(a, trunk, limbs, classes, options, out);
   progress(0.7, "dividing the soft tissue");
   auto owner = label_soft_tissue(a, lean.get(), bones, options.step, options.convention);
   mirror_legs(a, trunk, limbs, owner);
