@@ -121,7 +121,7 @@ TEST(CompareTables, RefusesOtherConventions) {
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().kind, Error::Kind::use);
   EXPECT_EQ(refused.error().where, "bone.json");
-  EXPECT_NE(refused.error().what.find("its cuts are by bone, those of body.json by deleva1996"),
+  EXPECT_NE(refused.error().what.find("its cuts follow bone, those of body.json follow deleva1996"),
             std::string::npos)
       << refused.error().what;
   b.table.source.cuts = "deleva1996", b.table.source.frames = "isb";

@@ -365,7 +365,7 @@ TEST_F(TrajectoryFile, OddFilesAreRefusedWithTheArraysName) {
       {"del f['certificate'].attrs['trusted']", "trusted of /certificate is missing"},
       {"f['certificate'].attrs['trusted'] = 'yes'", "is not a single number"},
       {"del f['solids/name']; f['solids/name'] = [1., 2., 3.]", "does not contain texts"},
-      {"f.attrs['version'] = 7.", "version 7, expected 1"},
+      {"f.attrs['version'] = 7.", "version 7, but this program reads version 1"},
       {"f.attrs['format'] = 'other'", "not a trajectory"}};
   for (const auto& [edit, said] : edits) {
     ASSERT_TRUE(write_trajectory(made_up(5), "", path_));
