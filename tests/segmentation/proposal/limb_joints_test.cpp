@@ -8,7 +8,7 @@ namespace borelli::proposal_test {
 namespace {
 
 TEST(LimbSegments, PutJointsAtChangesOfProbability) {
-  const CoarseBody body = coarse_body(look(drawn().grey, 4, 0));
+  const CoarseBody body = coarse_body(anatomy_of(drawn().grey, 4, 0));
   const auto probabilities = certain(body, drawn().parts);
   const auto forest = ready_forest();
   ASSERT_TRUE(forest);

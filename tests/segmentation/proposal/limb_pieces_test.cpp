@@ -11,7 +11,7 @@ namespace borelli::proposal_test {
 namespace {
 
 TEST(LimbPieces, FindTwoArmsAndTwoLegsWithTheirSides) {
-  const CoarseBody body = coarse_body(look(drawn().grey, 4, 0));
+  const CoarseBody body = coarse_body(anatomy_of(drawn().grey, 4, 0));
   const BodyPieces pieces = body_pieces(body, certain(body, drawn().parts));
   std::map<std::pair<BodyRegion, int>, int> count;
   for (const BodyPiece& piece : pieces.list) {
@@ -30,7 +30,7 @@ TEST(LimbPieces, FindTwoArmsAndTwoLegsWithTheirSides) {
 }
 
 TEST(LimbPieces, NeedBones) {
-  CoarseBody body = coarse_body(look(drawn().grey, 4, 0));
+  CoarseBody body = coarse_body(anatomy_of(drawn().grey, 4, 0));
   const auto probabilities = certain(body, drawn().parts);
   for (std::size_t n = 0; n < body.places.size(); ++n)
     if (probabilities.of(n)[5] || probabilities.of(n)[6] || probabilities.of(n)[7])

@@ -21,7 +21,7 @@ struct Proposed {
 
 // the drawn body with a proposal that is certain and correct
 Proposed proposed() {
-  Proposed out{look(drawn().grey, 4, 0), drawn().parts};
+  Proposed out{anatomy_of(drawn().grey, 4, 0), drawn().parts};
   const CoarseBody body = coarse_body(out.anatomy);
   const auto forest = ready_forest();
   out.anatomy.proposal =

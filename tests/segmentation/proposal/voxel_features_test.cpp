@@ -23,7 +23,8 @@ std::vector<std::int16_t> rows(const VoxelFeatures& features) {
 TEST(VoxelFeatures, AreIndependentOfTheBodysPosition) {
   GreyVolume moved = drawn().grey;
   moved.grid.origin += Eigen::Vector3d(512, -256, 1024);  // exact in floating point
-  const CoarseBody one = coarse_body(look(drawn().grey, 4, 0)), other = coarse_body(look(moved, 4, 0));
+  const CoarseBody one = coarse_body(anatomy_of(drawn().grey, 4, 0)),
+                   other = coarse_body(anatomy_of(moved, 4, 0));
   ASSERT_EQ(one.places, other.places);
   EXPECT_EQ(rows(VoxelFeatures(one)), rows(VoxelFeatures(other)));
 }
@@ -32,7 +33,8 @@ TEST(VoxelFeatures, AreIndependentOfTheBodysPosition) {
 TEST(VoxelFeatures, AreEqualInAMirroredBody) {
   GreyVolume mirror = drawn().grey;
   mirror.grid.axes.row(0) *= -1, mirror.grid.origin[0] *= -1;
-  const CoarseBody one = coarse_body(look(drawn().grey, 4, 0)), other = coarse_body(look(mirror, 4, 0));
+  const CoarseBody one = coarse_body(anatomy_of(drawn().grey, 4, 0)),
+                   other = coarse_body(anatomy_of(mirror, 4, 0));
   const VoxelFeatures of_one(one), of_other(other);
   const std::size_t width = voxel_feature_names().size();
   std::vector<std::int16_t> row(width), twin(width);
@@ -73,7 +75,7 @@ TEST(VoxelFeatures, MeasureALineThroughABox) {
   for (std::int64_t k = 8; k < 32; ++k)
     for (std::int64_t j = 10; j < 30; ++j)
       for (std::int64_t i = 12; i < 28; ++i) box.at(i, j, k) = 40;
-  const CoarseBody body = coarse_body(look(box, 4, 0));
+  const CoarseBody body = coarse_body(anatomy_of(box, 4, 0));
   ASSERT_EQ(body.places.size(), 16U * 20 * 24);
   const VoxelFeatures features(body);
   const auto& names = voxel_feature_names();
