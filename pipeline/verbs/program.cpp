@@ -59,7 +59,8 @@ std::string in_plain_words(const CLI::ParseError& e, const CLI::App& program, co
   std::string message = e.what();
   const std::string kind = e.get_name();
   // (CLI11 lists the words last to first)
-  if (kind == "ExtrasError") return unknown_word(message.substr(message.rfind(' ') + 1), program, verb);
+  if (dynamic_cast<const CLI::ExtrasError*>(&e))
+    return unknown_word(message.substr(message.rfind(' ') + 1), program, verb);
   if (kind == "RequiredError") return missing_option(message, program, verb);
   if (const auto at = message.find(" excludes "); kind == "ExcludesError" && at != message.npos)
     return message.replace(at, 10, " cannot be combined with ");
