@@ -61,16 +61,16 @@ TEST(Jacobian, OfAPointMatchesDifferences) {
 
 TEST(Jacobian, OfTheMomentumGivesMomentumAndItsRate) {
   for_each_scene([](const System& system, const State& state) {
-    const auto look = [&](const State& at) { return need(evaluate(system, at)); };
-    const Evaluation now = anatomy_of(state);
+    const auto evaluated = [&](const State& at) { return need(evaluate(system, at)); };
+    const Evaluation now = evaluated(state);
     State still = state;
     still.v.setZero();
-    const Momenta drives = anatomy_of(still).momenta;  // momenta from the drives
+    const Momenta drives = evaluated(still).momenta;  // momenta from the drives
     Eigen::Matrix<double, 6, 1> momentum;
     momentum << now.momenta.angular - drives.angular, now.momenta.linear - drives.linear;
     EXPECT_LT((now.centroidal.matrix * state.v - momentum).norm(), 1e-12 * (1 + momentum.norm()));
-    const Momenta ahead = anatomy_of(moved(system, state, h * state.v, h)).momenta,
-                  behind = anatomy_of(moved(system, state, -h * state.v, -h)).momenta;
+    const Momenta ahead = evaluated(moved(system, state, h * state.v, h)).momenta,
+                  behind = evaluated(moved(system, state, -h * state.v, -h)).momenta;
     EXPECT_LT((now.centroidal.bias.head<3>() - (ahead.angular - behind.angular) / (2 * h)).norm(),
               10 * tolerance);
     EXPECT_LT((now.centroidal.bias.tail<3>() - (ahead.linear - behind.linear) / (2 * h)).norm(),

@@ -40,12 +40,13 @@ ScannedBody scanned(std::uint64_t variation, Sex sex, const Window& window,
   return scanned_body(variation, sex, grid_of, options);
 }
 
-// At least `least` of each part in view is right; parts of which nothing is in view hold nothing.
+// Dice's coefficient of each named part exceeds `least`.
 void expect_dice(const ScannedBody& of, const std::map<std::string, double>& least) {
   const auto agree = dice(of.found.labels, of.exact);
   for (std::size_t n = 1; n < parts.size(); ++n)
-    if (const auto it = least.find(std::string(parts[n].name)); it != least.end())
+    if (const auto it = least.find(std::string(parts[n].name)); it != least.end()) {
       EXPECT_GT(agree[n], it->second) << parts[n].name;
+    }
 }
 
 void expect_joints_within_deviations(const ScannedBody& of) {
@@ -82,8 +83,9 @@ TEST(ForestParts, OneLegGetsItsSideFromTheFibula) {
     const ScannedBody of = scanned(303, Sex::male, {"toe_tip_left", -all, "hip_left", -150, side});
     expect_dice(of, {{"thigh" + at, 0.85}, {"shank" + at, 0.85}});
     for (std::size_t n = 1; n < parts.size(); ++n)
-      if (parts[n].name.ends_with(side_suffix(1 - side)))
+      if (parts[n].name.ends_with(side_suffix(1 - side))) {
         EXPECT_EQ(of.found.part[n].volume, 0) << parts[n].name;
+      }
     expect_joints_within_deviations(of);
     expect_doubtful(of);
   }
