@@ -223,8 +223,12 @@ TEST_F(PartialPhantom, BellyAboveTheHipsHasNoHips) {
 TEST_F(PartialPhantom, BellyWithHipsHasItsHips) {
   using enum Coverage;
   const auto belly = found(slice_at("hip_left", -45), slice_at("hip_left", 300));
-  expect_coverage(belly,
-                  {{"middle_trunk", cut}, {"lower_trunk", cut}, {"thigh_left", cut}, {"thigh_right", cut}});
+  expect_coverage(belly, {{"middle_trunk", cut},
+                          {"lower_trunk", cut},
+                          {"thigh_left", cut},
+                          {"thigh_right", cut},
+                          {"forearm_left", cut},
+                          {"forearm_right", cut}});
   EXPECT_LT((belly.landmarks.at("hip_left").point - body_->landmarks.at("hip_left").point).norm(), 4);
 }
 
