@@ -215,7 +215,7 @@ class Refusals(unittest.TestCase):
                            ("duration", lambda: borelli.simulate(scene, durations=1)),
                            ("rk4, whose steps have a fixed length",
                             lambda: borelli.simulate(scene, method="rk4", tolerance=1e-3)),
-                           ("hold 'no'; known: euler", lambda: borelli.chart(scene, methods=["no"])),
+                           ("contain 'no'; known: euler", lambda: borelli.chart(scene, methods=["no"])),
                            ("projection or baumgarte", lambda: borelli.simulate(scene, constraints="none")),
                            ("is not a finite number", lambda: system.evaluate(system.state(q=[np.nan, 0]))),
                            ("v: does not have the shape (2, 2)",
