@@ -221,7 +221,7 @@ TEST(LimbLengths, TouchingForearmsAreRightOrDoubted) {
     EXPECT_LT(off(of, wrist), 2 * of.found.landmarks.find(wrist)->second.deviation) << wrist;
     constexpr double right = 10;  // mm
     if (off(of, wrist) < right) continue;
-    EXPECT_TRUE(warns(of, std::string("wrist ") + side + " may lie"));
+    EXPECT_TRUE(warns(of, side + std::string(" wrist may lie")));
     EXPECT_LT(of.found.part[static_cast<std::size_t>(part_label(std::string("hand_") + side))].confidence,
               0.1);
   }
