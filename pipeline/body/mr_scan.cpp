@@ -8,7 +8,7 @@ namespace borelli {
 Result<Segmentation> segment_mr(const MrReading& reading, const SegmentOptions& options) {
   Segmentation found;
   if (options.classes || !options.given.empty()) {
-    auto parted = segment(flat_body(reading), options);
+    auto parted = segment(uniform_body(reading), options);
     if (!parted) return parted;
     found = std::move(*parted);
   } else {

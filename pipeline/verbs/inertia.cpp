@@ -128,7 +128,7 @@ Result<PartsToMeasure> find_parts(const InertiaSettings& settings, const ScanToM
     if (!by) return tl::unexpected(by.error());
     parting.convention = *by;
   }
-  auto found = segment(body.mr ? flat_body(*body.mr) : body.scan.volume, parting);
+  auto found = segment(body.mr ? uniform_body(*body.mr) : body.scan.volume, parting);
   if (!found) return tl::unexpected(found.error());
   command.warn(doubt_of_classes(body.weighed(), *body.classes, command.threads));
   command.warn(in_sentences(found->warnings));

@@ -325,7 +325,7 @@ struct TissueSigns {
   Mask gas;
 };
 
-// Whether one of the coarse voxels beside a point is outside the body.
+// Whether the body's mask, whose grid is coarse, does not cover all six neighbours of a point.
 bool near_outside(const Mask& body, const Vector3d& p) {
   for (int c = 0; c < 3; ++c)
     for (const double side : {-1.0, 1.0}) {
@@ -399,7 +399,7 @@ std::vector<std::string> assumptions(const MrReading& reading, bool background, 
 
 }  // namespace
 
-GreyVolume flat_body(const MrReading& reading) {
+GreyVolume uniform_body(const MrReading& reading) {
   GreyVolume flat = reading.density;
   for (auto& v : flat.voxels) v = v > 0 ? std::int16_t{1050} : std::int16_t{0};
   return flat;

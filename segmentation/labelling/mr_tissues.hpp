@@ -62,7 +62,7 @@ struct MrReading {
 };
 
 /// The body with one uniform density, for finding parts by classes or landmarks: MR shows no bone directly.
-GreyVolume flat_body(const MrReading& reading);
+GreyVolume uniform_body(const MrReading& reading);
 
 /// Reads an MR volume. `classes`, if given (on any grid), define body and bone: dark bone then counts as
 /// cortical (1920), other bone as spongiosa with its marrow (1180). Errors: a volume that is no MR signal,

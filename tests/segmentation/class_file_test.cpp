@@ -203,7 +203,7 @@ TEST_F(ClassFile, ClassesGivePartsOfAnMr) {
   ASSERT_TRUE(reading) << reading.error().message();
   SegmentOptions options;
   options.classes = &*classes;
-  const auto found = segment(flat_body(*reading), options);
+  const auto found = segment(uniform_body(*reading), options);
   ASSERT_TRUE(found) << found.error().message();
   std::array<double, parts.size()> both{}, all{};
   for (std::size_t o = 0; o < found->labels.voxels.size(); ++o) {

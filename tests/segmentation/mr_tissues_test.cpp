@@ -174,7 +174,7 @@ TEST(MrTissues, LandmarksAloneGiveParts) {
   ASSERT_TRUE(read) << read.error().message();
   SegmentOptions options;
   options.step = 4, options.given = d.body.landmarks;
-  const auto found = segment(flat_body(*read), options);
+  const auto found = segment(uniform_body(*read), options);
   ASSERT_TRUE(found) << found.error().message();
   ASSERT_FALSE(found->warnings.empty());
   std::array<double, parts.size()> both{}, all{};
