@@ -38,17 +38,18 @@ struct SmallestPivot {
   double ratio = 1, pivot = 0;
   int k = -1;
 
-  /// Returns whether it is more than the rounding error of its diagonal entry.
+  /// Takes the next pivot. Returns false if it is within the rounding error of its diagonal entry.
   bool note(int k_now, double pivot_now, double before) {
     if (!(pivot_now > 1e-14 * before)) return false;
     if (pivot_now < ratio * before) *this = {pivot_now / before, pivot_now, k_now};
     return true;
   }
 
-  /// Whether the pivot is more than its own rounding error, which is about eps z^T |A| z: z_k = 1, and z_j of a
-  /// later coordinate is how far it moves if it follows k freely. Pivots above 1e-7 pass: |z| would have to be
-  /// in the thousands. Uses the part of F's row k right of its diagonal, which the factor leaves free, for z.
-  bool is_left(const Branches& branches, int n, const Rows& A, Rows& F) const {
+  /// Whether the pivot is more than its rounding error, which is about eps z^T |A| z. Here z_k = 1, and z_j is the
+  /// velocity of coordinate j > k if it follows k freely. A pivot above 1e-7 of its diagonal entry passes
+  /// unchecked: its error could be as large only if some z_j were in the thousands. Stores z in F's row k, right of
+  /// the diagonal, which the factor does not use.
+  bool exceeds_rounding(const Branches& branches, int n, const Rows& A, Rows& F) const {
     if (ratio > 1e-7) return true;
     double* const z = F.row(k).data();
     double size = A(k, k);
@@ -100,7 +101,7 @@ int factor_short(const System& system, const Branches& branches, const Rows& A, 
       to[branch.ancestors[a]] = part;
     }
   }
-  return smallest.is_left(branches, n, A, F) ? -1 : smallest.k;
+  return smallest.exceeds_rounding(branches, n, A, F) ? -1 : smallest.k;
 }
 
 }  // namespace
@@ -137,7 +138,7 @@ int factor_mass_matrix(const System& system, const Rows& A, Rows& F) {
         for (int b = 0; b <= a; ++b) other[branch.ancestors[b]] -= c * row[branch.ancestors[b]];
     }
   }
-  return smallest.is_left(branches, n, A, F) ? -1 : smallest.k;
+  return smallest.exceeds_rounding(branches, n, A, F) ? -1 : smallest.k;
 }
 
 void solve_transposed(const System& system, const Rows& F, double* x) {

@@ -77,6 +77,7 @@ class RunData {
   const InputNames names;
 
  private:
+  /// Returns `stored`; fills it by make() at the first call. Errors: those of make(), which the next call repeats.
   template <class T, class Make>
   Result<const T*> once(std::optional<T>& stored, Make make);
   template <class T>

@@ -124,7 +124,7 @@ WorkPrecisionSettings chart_settings(const ChartOptions& o) {
   return settings;
 }
 
-// Reads the reference into the settings, if one is given. Returns what identifies it, empty if none is given.
+// Reads the reference trajectory, if given, into the settings. Returns a text that identifies it; else "".
 Result<std::string> use_reference(const ChartOptions& o, const Scene& scene,
                                   WorkPrecisionSettings& settings) {
   if (o.reference.empty()) {

@@ -43,7 +43,7 @@ struct Proposal {
   std::vector<BodyPiece> pieces;
   std::vector<ProposedJoint> joints;
 
-  /// The largest piece of an arm or leg of one side; null if none is in view or its side is unknown.
+  /// The largest piece of a region and side (-1: head, trunk, or a limb of unknown side); null if there is none.
   const BodyPiece* piece(BodyRegion region, int side) const;
   /// Offset in `grid` of the place nearest to a voxel of another grid, which is parallel to it and starts at the
   /// same voxel.
