@@ -14,6 +14,7 @@
 #include "pipeline/body/segment_frames.hpp"
 #include "pipeline/body/segment_rows.hpp"
 #include "segmentation/vocabulary/part_planes.hpp"
+#include "segmentation/vocabulary/part_words.hpp"
 
 namespace borelli {
 namespace {
@@ -143,6 +144,7 @@ class Deviations {
   void vary_noise(double noise);
   void vary_partial_volume();
   void vary_voxels();
+  void note_borders_without_plane(const PartPlanes& cuts);
   void vary_landmarks();
   void vary_planes_rounded(const Recut& recut, Convention convention);
 
@@ -391,6 +393,20 @@ Landmarks drawn(const Landmarks& landmarks, const std::function<double()>& draw)
   return moved;
 }
 
+void Deviations::note_borders_without_plane(const PartPlanes& cuts) {
+  const auto row_of = [&](std::string_view part) {
+    const auto row = std::ranges::find(table_.rows, part, &InertiaRow::part);
+    return row == table_.rows.end() || row->completeness == Completeness::absent ? nullptr : &*row;
+  };
+  for (std::size_t label = 1; label < parts.size(); ++label) {
+    InertiaRow *const distal = row_of(parts[label].name), *const proximal = row_of(parts[label].parent);
+    if (!distal || !proximal || cuts.parts_off(static_cast<int>(label))) continue;
+    for (const auto& [row, other] : {std::pair{distal, proximal}, {proximal, distal}})
+      row->notes.push_back("standard deviations do not include errors of its border with the " +
+                           in_words(other->part) + ": no plane cuts it");
+  }
+}
+
 void Deviations::vary_landmarks() {
   double largest = 0;
   for (const auto& [name, landmark] : in_.landmarks) largest = std::max(largest, landmark.deviation);
@@ -413,7 +429,9 @@ void Deviations::vary_landmarks() {
   }
   std::optional<Recut> recut;
   if (planes) {
-    recut.emplace(in_.labels, in_.volume, weights(in_.curve), PartPlanes(in_.landmarks, *by), largest);
+    const PartPlanes cuts(in_.landmarks, *by);
+    note_borders_without_plane(cuts);
+    recut.emplace(in_.labels, in_.volume, weights(in_.curve), cuts, largest);
     vary_planes_rounded(*recut, *by);
   }
   std::optional<MovedDiscs> moved_discs;

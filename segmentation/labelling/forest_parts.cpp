@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 #include <optional>
 #include <string>
@@ -19,11 +20,11 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double sure_piece = 0.75;         // least confidence of a piece
-constexpr double sure_column = 0.6;         // of a trunk with a column
-constexpr double sure_beside_trunk = 0.67;  // of a limb beside such a trunk
-constexpr double sure_shank = 0.7;          // the same for a leg with tibia and fibula
-constexpr double least_lungs = 0.3e6;       // mm^3
+// A piece is taken if its confidence, the expected share of right voxels, is at least:
+constexpr double sure_piece = 0.75;         // in general
+constexpr double sure_column = 0.6;         // if it is a trunk and shows the vertebral column
+constexpr double sure_beside_trunk = 0.67;  // if it is a limb, and a trunk is taken
+constexpr double sure_shank = 0.7;          // if it is a leg alone whose side is known
 
 // The xiphion lies 33 (male) and 46 mm (female) below the lower end of the lungs in the ICRP adults, who breathe
 // quietly. A deep breath moves that end down by up to 60 mm.
@@ -85,6 +86,16 @@ std::optional<int> side_by_fibula(const Anatomy& a, const Proposal& proposal, st
   return left > right ? left_side : right_side;
 }
 
+// Mean of a mask's first index in one slice; empty if it holds nothing there.
+std::optional<double> middle_of(const Mask& mask, std::int64_t k) {
+  const Grid& g = mask.grid;
+  double sum = 0, count = 0;
+  for (std::int64_t j = 0; j < g.size[1]; ++j)
+    for (std::int64_t i = 0; i < g.size[0]; ++i)
+      if (mask.at(i, j, k)) sum += static_cast<double>(i), ++count;
+  return count > 0 ? std::optional(sum / count) : std::nullopt;
+}
+
 Mask mask_of(const Anatomy& a, const Proposal& proposal, std::size_t piece) {
   const Grid& g = a.grid();
   Mask out{g, std::vector<std::uint8_t>(g.count())};
@@ -104,22 +115,18 @@ bool shows_column(const Anatomy& a, const Mask& piece) {
   const Grid& g = a.grid();
   double slices = 0, columns = 0, cut = 0;
   for (std::int64_t k = 0; k < g.size[2]; ++k) {
-    double sum = 0, count = 0;
+    const auto middle = middle_of(piece, k);
+    if (!middle) continue;
     bool at_side = false;
+    double bone = 0;
     for (std::int64_t j = 0; j < g.size[1]; ++j)
       for (std::int64_t i = 0; i < g.size[0]; ++i) {
         if (!piece.at(i, j, k)) continue;
-        sum += static_cast<double>(i), ++count;
         for (const std::int64_t n : {i - 1, i + 1})
           at_side = at_side || n < 0 || n >= g.size[0] || !a.scan.seen.at(n, j, k);
-      }
-    if (count == 0) continue;
-    double bone = 0;
-    for (std::int64_t j = 0; j < g.size[1]; ++j)
-      for (std::int64_t i = 0; i < g.size[0]; ++i)
-        if (piece.at(i, j, k) && a.bone.at(i, j, k) &&
-            std::abs(static_cast<double>(i) - sum / count) * a.step() < half)
+        if (a.bone.at(i, j, k) && std::abs(static_cast<double>(i) - *middle) * a.step() < half)
           bone += a.step() * a.step();
+      }
     ++slices, columns += bone >= vertebra, cut += at_side;
   }
   return columns > most * slices && cut < few_cut * slices;
@@ -212,11 +219,8 @@ Flanks flanks_at(const Anatomy& a, const Mask& trunk, std::int64_t k) {
   constexpr double beside = 50;  // mm from the trunk's middle
   const Grid& g = a.grid();
   Flanks out;
-  double sum = 0, count = 0;
-  for (std::int64_t j = 0; j < g.size[1]; ++j)
-    for (std::int64_t i = 0; i < g.size[0]; ++i)
-      if (trunk.at(i, j, k)) sum += static_cast<double>(i), ++count;
-  if (count == 0) return out;
+  const auto middle = middle_of(trunk, k);
+  if (!middle) return out;
   out.seen = true;
   Mask bone{g, {}};
   bone.grid.size[2] = 1;
@@ -224,11 +228,11 @@ Flanks flanks_at(const Anatomy& a, const Mask& trunk, std::int64_t k) {
   for (std::int64_t j = 0; j < g.size[1]; ++j)
     for (std::int64_t i = 0; i < g.size[0]; ++i)
       bone.at(i, j, 0) = trunk.at(i, j, k) && a.bone.at(i, j, k) &&
-                         std::abs(static_cast<double>(i) - sum / count) * a.step() > beside;
+                         std::abs(static_cast<double>(i) - *middle) * a.step() > beside;
   const double area = a.step() * a.step();
   const Regions pieces = connected_regions(bone, 26, 1);
   for (const Region& piece : pieces.list) {
-    const std::size_t side = piece.centre[0] > sum / count ? 0 : 1;
+    const std::size_t side = piece.centre[0] > *middle ? 0 : 1;
     out.bone[side] += area * static_cast<double>(piece.voxels);
     const double dx = static_cast<double>(piece.high[0] - piece.low[0]),
                  dy = static_cast<double>(piece.high[1] - piece.low[1]);
@@ -243,13 +247,19 @@ struct Pelvis {
   std::optional<double> crests;  // level of the iliac crests, mm; empty: above the scan
 };
 
-// Iliac wings are longer sections than ribs below the shoulder blades. Above the wings a flank without bone
-// follows, then the ribs. `top`: the highest level to look at.
-Pelvis find_pelvis(const Anatomy& a, const Mask& trunk, double top) {
+// Level of the lungs' lower end; empty if no lungs are in view.
+std::optional<double> end_of_lungs(const Trunk& found) {
+  return found.lungs[1] > found.lungs[0] ? std::optional(found.lungs[0]) : std::nullopt;
+}
+
+// In an axial slice the iliac wings are longer than ribs, except beside the lungs, where ribs run along the slice.
+// Above the wings a flank without bone follows, then the ribs.
+Pelvis find_pelvis(const Anatomy& a, const Mask& trunk, const Trunk& found) {
   constexpr double long_wing = 70, other_wing = 50;  // mm: one side's extent, and the other's
   constexpr double few = 40, flank = 9;              // mm^2 of bone per side; mm
   const Grid& g = a.grid();
   Pelvis out;
+  const double top = end_of_lungs(found).value_or(std::numeric_limits<double>::infinity());
   double bare = 0;
   for (std::int64_t k = 0; k < g.size[2] && g.point(0, 0, k)[2] < top && !out.crests; ++k) {
     const Flanks at = flanks_at(a, trunk, k);
@@ -302,17 +312,48 @@ std::string bound_trunk(const Anatomy& a, const Trunk& found, const Mask& trunk,
     marks[joint] = {points->column, spread, 0, source};
     marks[bound] = {points->front, spread, 0, source};
   };
-  const bool lungs = found.lungs[1] > found.lungs[0];
-  constexpr double below_lungs = 25;  // mm of the scan, or their lower end may be the scan's
-  if (lungs && found.lungs[0] > bottom + below_lungs)
-    put("spine_upper", "xiphion", found.lungs[0] + lungs_to_xiphion, xiphion_spread,
+  const auto lungs = end_of_lungs(found);
+  constexpr double below_lungs = 25;  // mm that the scan must show, or it may cut the lungs
+  if (lungs && *lungs > bottom + below_lungs)
+    put("spine_upper", "xiphion", *lungs + lungs_to_xiphion, xiphion_spread,
         "lungs: level of their lower end");
-  const Pelvis pelvis =
-      find_pelvis(a, trunk, lungs ? found.lungs[0] : std::numeric_limits<double>::infinity());
+  const Pelvis pelvis = find_pelvis(a, trunk, found);
   if (pelvis.crests)
     put("spine_lower", "omphalion", *pelvis.crests + crest_to_omphalion, omphalion_spread,
         "bone: level of the iliac crests");
   return lungs ? "upper_trunk" : pelvis.seen ? "lower_trunk" : "middle_trunk";
+}
+
+// Adds the ends of forearms and shanks whose far joint is missing. They give the planes at elbow and knee their
+// direction, and so the table its deviations.
+void add_far_ends(const Volume<std::uint8_t>& bones, Landmarks& marks) {
+  constexpr double last = 15, beside = 12, least = 40;  // mm
+  struct LowerLimb {
+    const char *joint, *beyond, *part, *name;
+  };
+  const Grid& g = bones.grid;
+  for (const char* at : {"_left", "_right"})
+    for (const LowerLimb& limb : {LowerLimb{"elbow", "wrist", "forearm", "forearm_end"},
+                                  LowerLimb{"knee", "ankle", "shank", "shank_end"}}) {
+      const auto joint = marks.find(std::string(limb.joint) + at);
+      if (joint == marks.end() || marks.contains(std::string(limb.beyond) + at)) continue;
+      const int label = part_label(std::string(limb.part) + at);
+      std::vector<std::pair<double, Vector3d>> points;  // with their distances from the joint
+      double longest = 0;
+      for (std::size_t o = 0; o < bones.voxels.size(); ++o) {
+        if (bones.voxels[o] != label) continue;
+        const auto n = static_cast<std::int64_t>(o);
+        const Vector3d p = g.point(n % g.size[0], n / g.size[0] % g.size[1], n / (g.size[0] * g.size[1]));
+        points.emplace_back((p - joint->second.point).norm(), p);
+        longest = std::max(longest, points.back().first);
+      }
+      if (longest < least) continue;
+      Vector3d sum = Vector3d::Zero();
+      double count = 0;
+      for (const auto& [distance, p] : points)
+        if (distance > longest - last) sum += p, ++count;
+      marks[std::string(limb.name) + at] = {Vector3d(sum / count), beside, 0, "bone: where the scan cuts it"};
+    }
 }
 
 }  // namespace
@@ -351,8 +392,9 @@ ForestParts parts_by_forest(const Anatomy& a, const Trunk& found) {
     constexpr double without_shoulder = 80;
     const double deviation =
         joint.region == BodyRegion::arm ? std::max(joint.deviation, without_shoulder) : joint.deviation;
-    out.landmarks[name] = {joint.point, deviation, 0, "forest: border of two segments"};
+    out.landmarks[name] = {joint.point, deviation, 0, "classifier: border of two segments"};
   }
+  add_far_ends(out.bones, out.landmarks);
   if (const double trust = out.confidence[static_cast<std::size_t>(part_label("upper_trunk"))]; trust > 0) {
     const int alone = part_label(bound_trunk(a, found, trunk, out.landmarks));
     const PartPlanes planes(out.landmarks);
@@ -379,9 +421,7 @@ bool hips_near_crests(const Anatomy& a, const Trunk& trunk) {
   const BodyPiece* piece = proposal.piece(BodyRegion::trunk, -1);
   if (!piece) return false;
   const Mask of_trunk = mask_of(a, proposal, static_cast<std::size_t>(piece - proposal.pieces.data()));
-  const bool lungs = trunk.lungs[1] > trunk.lungs[0];
-  const Pelvis pelvis =
-      find_pelvis(a, of_trunk, lungs ? trunk.lungs[0] : std::numeric_limits<double>::infinity());
+  const Pelvis pelvis = find_pelvis(a, of_trunk, trunk);
   const double hips = 0.5 * (trunk.hip[0]->centre[2] + trunk.hip[1]->centre[2]);
   return pelvis.crests && *pelvis.crests - hips < least * trunk.scale;
 }
@@ -397,19 +437,22 @@ void add_rootless_limbs(const Anatomy& a, const Trunk& trunk, Volume<std::uint8_
   const ForestParts forest = parts_by_forest(a, trunk);
   for (std::size_t o = 0; o < bones.voxels.size(); ++o)
     if (bones.voxels[o] == 0 && rootless(forest.bones.voxels[o])) bones.voxels[o] = forest.bones.voxels[o];
-  for (const Part& part : parts)
-    if (const auto joint = forest.landmarks.find(std::string(part.joint));
-        joint != forest.landmarks.end() && rootless(part_label(part.name)))
-      landmarks.insert(*joint);
+  const auto of_a = [](const std::string& name, std::initializer_list<std::string_view> stems) {
+    return std::ranges::any_of(stems, [&](std::string_view stem) { return name.starts_with(stem); });
+  };
+  for (const auto& landmark : forest.landmarks)
+    if ((arms && of_a(landmark.first, {"elbow", "wrist", "forearm_end"})) ||
+        (legs && of_a(landmark.first, {"knee", "ankle", "shank_end"})))
+      landmarks.insert(landmark);
 }
 
 void doubt_forest_parts(const ForestParts& forest, Segmentation& out) {
   for (std::size_t label = 1; label < parts.size(); ++label)
     out.part[label].confidence = std::min(out.part[label].confidence, forest.confidence[label]);
-  out.warnings.push_back({WarningKind::body, Severity::doubt,
-                          "the scan shows neither both hips nor both shoulders; a trained forest named the "
-                          "parts by their tissue, and the borders between them are rough: see the "
-                          "deviations"});
+  out.warnings.push_back(
+      {WarningKind::body, Severity::doubt,
+       "the scan shows neither both hips nor both shoulders, so a trained classifier named "
+       "the parts by their tissue; their borders are rough, see the deviations"});
 }
 
 }  // namespace borelli

@@ -153,10 +153,11 @@ Segmentation parts_of(const GreyVolume& volume, Anatomy& a, const Trunk& of_body
   else if (by_forest)
     doubt_forest_parts(*by_forest, out);
   else if (trunk.empty() && !classes)
-    out.warnings.push_back({WarningKind::body, Severity::fault,
-                            "no part was labelled: the scan shows neither both hips nor both shoulders, nor "
-                            "two legs, nor a head, nor a trunk that is certain; if it shows one leg, name "
-                            "the other one with --absent"});
+    out.warnings.push_back(
+        {WarningKind::body, Severity::fault,
+         "no part was labelled: the scan shows neither both hips nor both shoulders, nor "
+         "knees, a head or a piece of trunk that could be recognised; if it shows one leg, "
+         "name the other one with --absent, e.g. --absent thigh_left"});
   warn_of_lone_limbs(trunk, out);
   return out;
 }
@@ -214,10 +215,10 @@ Segmentation parts_as_it_lies(const GreyVolume& volume, Anatomy& a, const Trunk&
         warn_of_parts(*found);
         return *std::move(found);
       }
-  // a second hypothesis if hips or shoulders are other bones: the parts by the forest
+  // if hips or shoulders are other bones, try again without them: then the forest names the parts
   constexpr double too_much = 0.25;
   const bool may_err = !classes && options.given.empty() && a.proposal && !trunk.empty() && !has_both(trunk);
-  Trunk without = Trunk{};
+  Trunk without;
   without.lungs = trunk.lungs, without.absent = trunk.absent;
   const bool false_hips = may_err && hips_near_crests(a, trunk);
   Segmentation found = parts_of(volume, a, false_hips ? without : trunk, classes, options, progress);

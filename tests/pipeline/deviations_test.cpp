@@ -147,6 +147,52 @@ TEST(Deviations, CoverTheErrorsOfASegmentedScan) {
   }
 }
 
+// Knees alone are cut where the forest sees the joint, up to 29 mm off: the masses must say so.
+TEST(Deviations, CoverTheMassesOfKneesAlone) {
+  test::TrialCount masses;
+  for (const std::uint64_t variation : {503U, 504U, 505U}) {
+    const Phantom body = build_phantom({.variation = variation}).value();
+    const double knee = body.landmarks.at("knee_left").point[2];
+    GridOptions grid;
+    grid.spacing = Vector3d::Constant(3);
+    grid.crop_low[2] = knee - 120, grid.crop_high[2] = knee + 120;
+    const Scan scan = voxelise(body, phantom_grid(body, grid), {.noise_hu = 10, .seed = 1});
+    const auto found = segment(scan.grey);
+    ASSERT_TRUE(found) << found.error().message();
+    const auto table = measure(scan.grey, found->labels, found->landmarks);
+    const auto right = measure(scan.grey, scan.labels, body.landmarks);
+    ASSERT_TRUE(table && right);
+    for (std::size_t n = 0; n < right->rows.size(); ++n)
+      for (const EntryDeviation& deviation : table->rows[n].deviations)
+        if (deviation.entry == "mass_kg" && part_label(table->rows[n].part) > 0)
+          masses.add(table->rows[n].inertial.mass - right->rows[n].inertial.mass, deviation.total);
+  }
+  EXPECT_EQ(masses.cases, 12);  // thighs and shanks of three bodies
+  EXPECT_GE(masses.within, 11);
+}
+
+// Without an elbow's landmark no plane separates forearm and upper arm.
+TEST(Deviations, BordersWithoutAPlaneAreNamed) {
+  GridOptions coarse;
+  coarse.spacing = Vector3d::Constant(6);
+  const Scan scan = voxelise(standing(), phantom_grid(standing(), coarse));
+  Landmarks marks = standing().landmarks;
+  marks.erase("elbow_left");
+  const auto table = measure(scan.grey, scan.labels, marks);
+  ASSERT_TRUE(table) << table.error().message();
+  const auto named = [&](const char* part, const char* other) {
+    for (const InertiaRow& row : table->rows)
+      if (row.part == part)
+        for (const std::string& note : row.notes)
+          if (note.find(std::string("errors of its border with the ") + other) != std::string::npos)
+            return true;
+    return false;
+  };
+  EXPECT_TRUE(named("forearm_left", "left upper arm"));
+  EXPECT_TRUE(named("upper_arm_left", "left forearm"));
+  EXPECT_FALSE(named("forearm_right", "right upper arm"));
+}
+
 // An MR scan: the drawn densities differ from those that the program assumes. All parts of a body share them,
 // so eight bodies are about 8 x 4 independent cases: three deviations of .95 are .12. A longer run:
 // deviations_bench mr.

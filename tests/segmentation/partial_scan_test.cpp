@@ -10,6 +10,7 @@
 #include "segmentation/files/read.hpp"
 #include "segmentation/labelling/segment.hpp"
 #include "tests/paths.hpp"
+#include "tests/segmentation/cropped.hpp"
 #include "tests/segmentation/dice.hpp"
 
 namespace borelli::partial_scan_test {
@@ -23,17 +24,6 @@ Segmentation found_in(const GreyVolume& volume, double step = 3) {
   auto found = segment(volume, options);
   EXPECT_TRUE(found) << found.error().message();
   return found ? *found : Segmentation{};
-}
-
-// the volume's slices from `first` to `last`, its grid moved along
-template <class Voxels>
-Voxels cropped(const Voxels& volume, std::int64_t first, std::int64_t last) {
-  Voxels out = volume;
-  out.grid.size[2] = last - first + 1;
-  out.grid.origin = volume.grid.point(Vector3d(0, 0, static_cast<double>(first)));
-  const auto slice = static_cast<std::ptrdiff_t>(volume.grid.size[0] * volume.grid.size[1]);
-  out.voxels.assign(volume.voxels.begin() + first * slice, volume.voxels.begin() + (last + 1) * slice);
-  return out;
 }
 
 class PartialPhantom : public ::testing::Test {
@@ -68,7 +58,7 @@ class PartialPhantom : public ::testing::Test {
 
   static bool by_forest(const Segmentation& found) {
     return std::ranges::any_of(found.warnings, [](const Warning& warning) {
-      return warning.text.find("a trained forest named the parts") != std::string::npos;
+      return warning.text.find("a trained classifier named the parts") != std::string::npos;
     });
   }
   // parts that the forest named: no hip and no shoulder, and at least `least` of the voxels right
