@@ -1,15 +1,19 @@
 #include "tests/suite/labelled_body.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <utility>
 
 #include "segmentation/files/read.hpp"
 #include "tests/suite/body_landmarks.hpp"
+#include "tests/suite/finer_slices.hpp"
 
 namespace borelli::suite {
 namespace {
+
+constexpr int last_organ = 140;  // 141 is skin added to the head
 
 enum Contact : std::uint8_t { open, arm_left, arm_right, leg_left, leg_right, trunk };
 
@@ -171,7 +175,7 @@ LabelledBody labelled_body(const std::string& name, const Volume<std::int16_t>& 
   body.number.assign(body.grid.count(), 0);
   for (std::size_t o = 0; o < body.number.size(); ++o) {
     const int organ = organs.voxels[o];
-    if (organ < 1 || organ > 140) continue;
+    if (organ < 1 || organ > last_organ) continue;
     body.voxel.push_back(static_cast<std::uint32_t>(o));
     body.organ.push_back(static_cast<std::uint8_t>(organ));
     body.bone.push_back(is_bone(organ));
@@ -213,7 +217,25 @@ Result<LabelledBody> read_labelled_body(const std::string& name, const std::stri
   if (!organs->volume.grid.axes.isDiagonal() || organs->volume.grid.axes.diagonal().minCoeff() <= 0)
     return failure(stem, "the grid's axes are not the patient's");
 
-  return labelled_body(name, organs->volume, hu->volume, density->volume);
+  // grey values of air to dense bone, for the registration; each organ has one CT number and one density
+  std::array<float, 256> grey{};
+  std::array<std::int16_t, 256> number{}, kgm3{};
+  number[0] = -1000;
+  Volume<std::int16_t> organ_at = organs->volume;
+  for (std::size_t o = 0; o < organ_at.voxels.size(); ++o) {
+    if (organ_at.voxels[o] > last_organ) organ_at.voxels[o] = 0;
+    const auto organ = static_cast<std::uint8_t>(organ_at.voxels[o]);
+    if (organ == 0) continue;
+    number[organ] = hu->volume.voxels[o], kgm3[organ] = density->volume.voxels[o];
+    grey[organ] = std::clamp((float(number[organ]) + 1000) / 2000, 0.0F, 1.2F);
+  }
+  constexpr double thickest = 3;  // mm
+  const int factor = int(std::ceil(organ_at.grid.axes(2, 2) / thickest));
+  const Volume<std::int16_t> finer = finer_slices(organ_at, grey, factor);
+  Volume<std::int16_t> finer_hu{finer.grid, finer.voxels}, finer_density = finer_hu;
+  for (std::int16_t& voxel : finer_hu.voxels) voxel = number[static_cast<std::uint8_t>(voxel)];
+  for (std::int16_t& voxel : finer_density.voxels) voxel = kgm3[static_cast<std::uint8_t>(voxel)];
+  return labelled_body(name, finer, finer_hu, finer_density);
 }
 
 }  // namespace borelli::suite

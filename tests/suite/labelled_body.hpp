@@ -61,7 +61,7 @@ std::vector<std::uint8_t> bone_parts(const LabelledBody& body);
 LabelledBody labelled_body(const std::string& name, const Volume<std::int16_t>& organs,
                            const Volume<std::int16_t>& hu, const Volume<std::int16_t>& density);
 
-/// "am" or "af" from shared/volumes. Errors: files missing (one sentence), not of one grid.
+/// "am" or "af" from shared/volumes, on slices of at most 3 mm (see finer_slices). Errors: files missing (one sentence), not of one grid.
 Result<LabelledBody> read_labelled_body(const std::string& name, const std::string& shared_folder);
 
 }  // namespace borelli::suite

@@ -77,11 +77,25 @@ std::array<Inertial, parts.size()> inertials(const LabelMap& labels, const BodyR
   return out;
 }
 
-// The grid with each slice in `layers`.
-Grid layered(Grid grid, int layers) {
-  grid.axes.col(2) /= layers;
-  grid.origin -= 0.5 * (layers - 1) * grid.axes.col(2);
-  grid.size[2] *= layers;
+using Samples = std::array<int, 3>;
+
+// How many points of the body a voxel's value averages along each axis of the grid.
+Samples samples_in(const Vector3d& spacing) {
+  constexpr double apart = 1.7;  // mm, about the breadth of the bodies' own voxels
+  Samples out;
+  for (int c = 0; c < 3; ++c)
+    out[std::size_t(c)] = std::max(1, static_cast<int>(std::lround(spacing[c] / apart)));
+  return out;
+}
+
+// The grid of these points.
+Grid finer(Grid grid, const Samples& samples) {
+  for (int c = 0; c < 3; ++c) {
+    const int n = samples[std::size_t(c)];
+    grid.axes.col(c) /= n;
+    grid.origin -= 0.5 * (n - 1) * grid.axes.col(c);
+    grid.size[std::size_t(c)] *= n;
+  }
   return grid;
 }
 
@@ -102,9 +116,25 @@ void quantise(GreyVolume& grey, double low, double high) {
   }
 }
 
-// Slices as means of their layers, then the scanner's effects.
+// What the samples of a voxel say.
+struct Exposure {
+  double hu = 0;  // sum
+  bool metal = false;
+  std::array<int, parts.size()> in_part{}, of_bone{};
+
+  void add(int value, int part, int bone) {
+    hu += value;
+    metal = metal || value == tissue::metal.hu;
+    ++in_part[std::size_t(part)], ++of_bone[std::size_t(bone)];
+  }
+  static std::uint8_t most(const std::array<int, parts.size()>& count) {
+    return static_cast<std::uint8_t>(std::max_element(count.begin(), count.end()) - count.begin());
+  }
+};
+
+// Voxels as means of their samples, then the scanner's effects. Labels are those of most samples.
 void expose(const LabelledBody& body, const WarpedTissue& tissue, const BodyRaster& raster,
-            const LabelMap& fine, int layers, const Surroundings& around, const Scanner& scanner,
+            const LabelMap& fine, const Samples& samples, const Surroundings& around, const Scanner& scanner,
             const Grid& grid, TrueScan& out) {
   Scan scan;
   scan.grey.grid = scan.labels.grid = out.bones.grid = grid;
@@ -112,22 +142,26 @@ void expose(const LabelledBody& body, const WarpedTissue& tissue, const BodyRast
   scan.labels.voxels.assign(grid.count(), 0), out.bones.voxels.assign(grid.count(), 0);
   scan.labels.names = out.bones.names = fine.names;
   std::vector<float> value(grid.count());
+  const auto sample = [&](std::int64_t i, std::int64_t j, std::int64_t k, Exposure& into) {
+    const std::size_t f = raster.grid.offset(i, j, k);
+    const std::uint32_t n = raster.source[f];
+    const int part = fine.voxels[f];
+    into.add(n ? tissue.hu[n - 1] : around.hu(raster.grid.point(i, j, k)), part,
+             n && tissue.bone[n - 1] && part ? body.owner[n - 1] : 0);
+  };
   each_slice(grid.size[2], 0, [&](std::int64_t k) {
     for (std::int64_t j = 0; j < grid.size[1]; ++j)
       for (std::int64_t i = 0; i < grid.size[0]; ++i) {
+        Exposure all;
+        for (int c = 0; c < samples[2]; ++c)
+          for (int b = 0; b < samples[1]; ++b)
+            for (int a = 0; a < samples[0]; ++a)
+              sample(i * samples[0] + a, j * samples[1] + b, k * samples[2] + c, all);
         const std::size_t o = grid.offset(i, j, k);
-        double sum = 0;
-        for (int l = 0; l < layers; ++l) {
-          const std::size_t f = raster.grid.offset(i, j, k * layers + l);
-          const std::uint32_t n = raster.source[f];
-          const int hu = n ? tissue.hu[n - 1] : around.hu(raster.grid.point(i, j, k * layers + l));
-          sum += hu;
-          if (hu == tissue::metal.hu) scan.grey.voxels[o] = std::int16_t(hu);
-          if (l != layers / 2) continue;
-          scan.labels.voxels[o] = fine.voxels[f];
-          if (n && tissue.bone[n - 1] && fine.voxels[f]) out.bones.voxels[o] = body.owner[n - 1];
-        }
-        value[o] = float(sum / layers);
+        value[o] = float(all.hu / (samples[0] * samples[1] * samples[2]));
+        if (all.metal) scan.grey.voxels[o] = std::int16_t(tissue::metal.hu);
+        scan.labels.voxels[o] = Exposure::most(all.in_part);
+        out.bones.voxels[o] = Exposure::most(all.of_bone);
       }
   });
   add_scanner_effects(std::move(value), scanner.effects, scan);
@@ -246,16 +280,16 @@ WarpedBody warped_body(const LabelledBody& body, const Warp& warp) {
   out.landmarks = moved_landmarks(body, map);
   const PartPlanes planes(out.landmarks);
   const Grid grid = scan_grid(warp.scanner, out.landmarks, there);
-  const int layers = warp.scanner.spacing.z() > 3.6 ? 3 : 1;
+  const Samples samples = samples_in(warp.scanner.spacing);
   std::array<Inertial, parts.size()> seen, whole;
   {
-    const BodyRaster raster = rasterise(body, corner, tissue.gone, layered(grid, layers));
+    const BodyRaster raster = rasterise(body, corner, tissue.gone, finer(grid, samples));
     LabelMap labels = part_labels(body, tissue, raster, planes);
     clear_outside_view(labels, warp.scanner.effects.field_of_view);
     seen = inertials(labels, raster, tissue);
     out.overlap = raster.overlap;
     const Surroundings around(warp.scanner.effects, there, out.landmarks.at("xiphion").point.z());
-    expose(body, tissue, raster, labels, layers, around, warp.scanner, grid, out);
+    expose(body, tissue, raster, labels, samples, around, warp.scanner, grid, out);
   }
   if (warp.scanner.view == View::whole && warp.scanner.effects.field_of_view <= 0) {
     whole = seen;
