@@ -2,11 +2,15 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
+#include <string_view>
+#include <utility>
 
 #include "segmentation/files/class_labels.hpp"
 #include "segmentation/files/read.hpp"
+#include "segmentation/vocabulary/parts.hpp"
 
 namespace borelli::suite {
 namespace {
@@ -41,6 +45,21 @@ std::optional<Phantom> draw_body(std::mt19937_64& random, std::uint64_t seed, bo
                                [](double share) { return share > touch; }))
     return std::nullopt;
   return *body;
+}
+
+// The scan of one limb alone, as of an arm held away from the body: all else becomes air. Unchanged if the limb is
+// not in view.
+LabelledScan one_limb(LabelledScan scan, std::mt19937_64& random) {
+  constexpr std::array<std::array<std::string_view, 3>, 2> limbs{
+      {{"upper_arm", "forearm", "hand"}, {"thigh", "shank", "foot"}}};
+  std::array<bool, parts.size()> of_limb{};
+  const std::string side = uniform(random, 0, 1) < 0.5 ? "_left" : "_right";
+  for (const std::string_view part : limbs[uniform(random, 0, 1) < 0.5 ? 0 : 1])
+    of_limb[static_cast<std::size_t>(part_label(std::string(part) + side))] = true;
+  if (std::ranges::none_of(scan.parts.voxels, [&](std::uint8_t part) { return of_limb[part]; })) return scan;
+  for (std::size_t o = 0; o < scan.parts.voxels.size(); ++o)
+    if (!of_limb[scan.parts.voxels[o]]) scan.parts.voxels[o] = 0, scan.grey.voxels[o] = -1000;
+  return scan;
 }
 
 }  // namespace
@@ -107,6 +126,7 @@ LabelledScan drawn_view(const LabelledScan& whole, std::mt19937_64& random) {
     whole.grey.grid.axes.row(0).cwiseAbs().maxCoeff(&axis);
     out = cropped(out, axis, first, first + share);
   }
+  if (uniform(random, 0, 1) < 0.15) out = one_limb(std::move(out), random);
   constexpr double most = 12 * EIGEN_PI / 180;
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
   for (int c = 0; c < 3; ++c)

@@ -27,7 +27,8 @@ Result<LabelledScan> read_labelled(const std::string& folder);
 LabelledScan drawn_phantom(std::uint64_t seed);
 
 /// Draws another scan of a similar body: scaled by 0.85 to 1.15 and by 0.93 to 1.07 along each axis, turned
-/// by up to 12 degrees about each, with noise of up to 40 HU, and usually only a part of the body.
+/// by up to 12 degrees about each, with noise of up to 40 HU. Usually it shows only
+/// a part of the body, and sometimes one limb alone.
 LabelledScan drawn_view(const LabelledScan& whole, std::mt19937_64& random);
 
 /// The part of a scan between two shares (0 to 1) of its length along an axis of its grid.
