@@ -199,6 +199,33 @@ void leg(const Bones& bones, bool left, Landmarks& out) {
   mark(out, "psis" + at, extreme(half, Vector3d::UnitY()), 5);
 }
 
+// The navel: of the front skin within 60 mm of a level and 25 mm of the midline, the place that lies deepest behind its
+// surroundings, 20 mm above, below and beside it.
+Vector3d deepest_dent(const LabelledBody& body, const Vector3d& about) {
+  constexpr double far = 60, aside = 25, around = 20;  // mm
+  const Grid& g = body.grid;
+  const auto front = [&](std::int64_t i, std::int64_t k) {
+    for (std::int64_t j = 0; j < g.size[1]; ++j)
+      if (body.number[g.offset(i, j, k)]) return g.point(i, j, k).y();
+    return 1e9;
+  };
+  const auto index = [&](double mm, int axis) {
+    return std::lround((mm - g.origin[axis]) / g.axes(axis, axis));
+  };
+  const auto di = std::lround(around / g.axes(0, 0)), dk = std::lround(around / g.axes(2, 2));
+  Vector3d out = about;
+  double deepest = 0;
+  for (auto k = index(about.z() - far, 2); k <= index(about.z() + far, 2); ++k)
+    for (auto i = index(about.x() - aside, 0); i <= index(about.x() + aside, 0); ++i) {
+      const double y = front(i, k);
+      // against the line through opposite surroundings, so that slopes do not count
+      const double depth = std::min(y - 0.5 * (front(i - di, k) + front(i + di, k)),
+                                    y - 0.5 * (front(i, k - dk) + front(i, k + dk)));
+      if (depth > deepest) deepest = depth, out = {g.point(i, 0, 0).x(), y, g.point(0, 0, k).z()};
+    }
+  return out;
+}
+
 }  // namespace
 
 Landmarks find_body_landmarks(const LabelledBody& body) {
@@ -209,14 +236,16 @@ Landmarks find_body_landmarks(const LabelledBody& body) {
 
   const Points cervical = bones.of(47, 48), thoracic = bones.of(49, 50), lumbar = bones.of(51, 52),
                sacrum = bones.of(53, 54), cord = bones.of(126, 126), sternum = bones.of(55, 56);
-  // vertebral bodies: before the hindmost 45 % of the column at that level
+  // vertebral bodies: in front of the spinal cord, or below it before the hindmost 55 % of the column
   const auto bodies_at = [&](double z) {
+    const auto at_level = [&](const Vector3d& p) { return std::abs(p.z() - z) < 12; };
     Points all;
     for (const Points* region : {&cervical, &thoracic, &lumbar, &sacrum})
-      for (const Vector3d& p : *region)
-        if (std::abs(p.z() - z) < 12) all.push_back(p);
+      std::ranges::copy_if(*region, std::back_inserter(all), at_level);
     const double front = extreme(all, -Vector3d::UnitY()).y(), back = extreme(all, Vector3d::UnitY()).y();
-    Vector3d c = mean(those(all, [&](const Vector3d& p) { return p.y() < front + 0.45 * (back - front); }));
+    const Points canal = those(cord, at_level);
+    const double end = canal.empty() ? front + 0.45 * (back - front) : extreme(canal, -Vector3d::UnitY()).y();
+    Vector3d c = mean(those(all, [&](const Vector3d& p) { return p.y() < end; }));
     c.z() = z;
     return c;
   };
@@ -231,19 +260,16 @@ Landmarks find_body_landmarks(const LabelledBody& body) {
   mark(out, "spine_upper", bodies_at(out.at("xiphion").point.z()), 5);
   const double low = lowest(lumbar), high = highest(lumbar);
   mark(out, "l4_l5", bodies_at(low + 0.2 * (high - low)), 6);
-  const Vector3d spine = bodies_at(low + 0.36 * (high - low));
-  mark(out, "spine_lower", spine, 12);
-  Vector3d navel = spine;
   Points top;
   for (std::size_t n = 0; n < body.voxel.size(); ++n) {
     const Vector3d p = body.centre(n);
     if (top.empty() || p.z() > top[0].z() + 1) top.clear();
     if (top.empty() || p.z() > top[0].z() - 1) top.push_back(p);
-    if (std::abs(p.z() - spine.z()) < 5 && std::abs(p.x() - spine.x()) < 5 && p.y() < navel.y()) navel = p;
   }
   mark(out, "vertex", mean(top), 5);
-  navel.z() = spine.z();
-  mark(out, "omphalion", navel, 12);
+  const Vector3d navel = deepest_dent(body, bodies_at(low + 0.3 * (high - low)));
+  mark(out, "omphalion", navel, 4);
+  mark(out, "spine_lower", bodies_at(navel.z()), 4);
   return out;
 }
 

@@ -22,8 +22,7 @@
 //   spine_upper
 //       Middle of the vertebral bodies at the xiphion's level.
 //   omphalion, spine_lower
-//       Front skin and vertebral bodies at 36 % of the lumbar spine's height. No label marks the navel:
-//       deviation 12 mm.
+//       The deepest dent of the front skin near the middle of the lumbar spine, and the vertebral bodies at its level.
 //   asis_*, psis_*
 //       Frontmost and rearmost voxel of the pelvis' upper half.
 //   vertex, heel_*, toe_tip_*, dactylion_3_*

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <utility>
 
 #include "segmentation/files/read.hpp"
@@ -103,6 +104,50 @@ void tell_legs(LabelledBody& body, const std::vector<std::uint8_t>& nearest, std
   }
 }
 
+// Level of the knee's joint line, mm: the least area of bone below the femur's widest level. `lowest`: of the label of
+// the femur; `bones`: voxels of femur, tibia and patella on one side.
+double joint_line(const LabelledBody& body, const std::vector<std::size_t>& bones, double lowest) {
+  struct Level {
+    double left = 1e9, right = -1e9, area = 0;
+  };
+  std::map<double, Level> levels;
+  for (const std::size_t n : bones) {
+    const Eigen::Vector3d p = body.centre(n);
+    if (std::abs(p.z() - lowest) > 60) continue;
+    Level& at = levels[p.z()];
+    at.left = std::min(at.left, p.x()), at.right = std::max(at.right, p.x()), ++at.area;
+  }
+  double widest = 0, wide_at = lowest, least = 1e9, line = lowest;
+  for (const auto& [z, level] : levels)
+    if (std::abs(z - lowest) < 45 && level.right - level.left > widest)
+      widest = level.right - level.left, wide_at = z;
+  for (const auto& [z, level] : levels)
+    if (z > wide_at - 38 && z < wide_at - 12 && level.area < least) least = level.area, line = z;
+  return line;
+}
+
+// The organ list cuts femur and tibia apart in one plane, in the female 35 mm above the joint line. Gives the bone between
+// them to the femur; the patella stays with the tibia.
+void give_condyles(LabelledBody& body, double middle) {
+  constexpr int femur = 31, tibia = 34;  // lower half, first of three organ numbers each
+  for (const bool left : {true, false}) {
+    std::vector<std::size_t> bones;
+    double lowest = 1e9, front = 1e9;
+    const auto in_femur = [&](std::size_t n) { return body.is(n, femur, femur + 2); };
+    for (std::size_t n = 0; n < body.voxel.size(); ++n)
+      if (body.is(n, femur, tibia + 2) && (body.centre(n).x() > middle) == left) {
+        bones.push_back(n);
+        if (in_femur(n)) lowest = std::min(lowest, body.centre(n).z());
+      }
+    for (const std::size_t n : bones)
+      if (in_femur(n) && body.centre(n).z() < lowest + 40) front = std::min(front, body.centre(n).y());
+    const double line = joint_line(body, bones, lowest);
+    for (const std::size_t n : bones)
+      if (!in_femur(n) && body.centre(n).z() > line && body.centre(n).y() >= front)
+        body.organ[n] = std::uint8_t(body.organ[n] - tibia + femur);
+  }
+}
+
 }  // namespace
 
 bool may_touch(std::uint8_t a, std::uint8_t b) {
@@ -185,6 +230,7 @@ LabelledBody labelled_body(const std::string& name, const Volume<std::int16_t>& 
     body.mass += density.voxels[o] * body.grid.voxel_volume() * 1e-9;
   }
   const double middle = middle_x(body);
+  give_condyles(body, middle);
   tell_arms(body, middle);
   const std::vector<std::uint8_t> bones = bone_parts(body);
   std::vector<float> path_length = paths_through(body, bones, no_tissue_path, &body.owner);

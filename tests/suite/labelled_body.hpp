@@ -1,6 +1,7 @@
 // An adult of ICRP Publication 110: the part of each voxel, landmarks, and tissue contacts.
 //
-// Owners. A bone's owner follows from its organ number and side (x left or right of the pelvis' middle).
+// Owners. A bone's owner follows from its organ number and side (x left or right of the pelvis' middle). The femoral
+// condyles, which the list partly counts as tibia, get the femur's numbers.
 // Flesh belongs to the bone with the shortest path through tissue. No path crosses a contact: between arm
 // tissue and other tissue below the armpit (where the organ list names arm tissue), and between the legs
 // below the crotch.
