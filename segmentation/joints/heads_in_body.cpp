@@ -103,11 +103,14 @@ double HeadsInBody::lung_between(double low, double high) const {
   return sum;
 }
 
-bool HeadsInBody::near_hips(const Vector3d& left, const Vector3d& right) const {
+bool HeadsInBody::deep_below_lungs(const Vector3d& left, const Vector3d& right) const {
   const Vector3d middle = 0.5 * (left + right);
-  const Share sacrum = shares(anatomy_, middle + Vector3d(0, 45, 75), Vector3d(25, 45, 40));
-  return depth_at(anatomy_, middle) > 30 && sacrum.seen > 1.0 / 3 && sacrum.bone > 0.06 &&
-         below_lungs(middle[2]);
+  return depth_at(anatomy_, middle) > 30 && below_lungs(middle[2]);
+}
+
+bool HeadsInBody::near_hips(const Vector3d& left, const Vector3d& right) const {
+  const Share sacrum = shares(anatomy_, 0.5 * (left + right) + Vector3d(0, 45, 75), Vector3d(25, 45, 40));
+  return deep_below_lungs(left, right) && sacrum.seen > 1.0 / 3 && sacrum.bone > 0.06;
 }
 
 bool HeadsInBody::below_lungs(double z) const {

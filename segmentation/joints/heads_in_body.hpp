@@ -15,8 +15,10 @@ class HeadsInBody {
  public:
   explicit HeadsInBody(const Anatomy& anatomy);
 
-  /// True if the surroundings of two candidate centres fit hips: sacrum in view behind and above, the
-  /// midpoint deep in flesh, and no lung within 120 mm above.
+  /// True if two candidate centres can be hips: the midpoint lies deep in flesh, and no lung within 120 mm
+  /// above.
+  bool deep_below_lungs(const Eigen::Vector3d& left, const Eigen::Vector3d& right) const;
+  /// The same, and the sacrum is in view behind and above.
   bool near_hips(const Eigen::Vector3d& left, const Eigen::Vector3d& right) const;
   /// True if both measured spheres can be femoral heads: solid, no vertebra between them (coccyx and
   /// symphysis may be), and a femur leads on from each (see on_femur).

@@ -146,11 +146,17 @@ constexpr double above_end = 12;
 constexpr double below_end = 55, below_ilium = 85;
 
 void find_hips(const Anatomy& a, const HeadsInBody& body, RoundHeads& candidates, Trunk& trunk) {
-  const auto fits = [&](const Vector3d& l, const Vector3d& r) { return body.near_hips(l, r); };
-  const auto holds = [&](const FoundSphere& l, const FoundSphere& r) { return body.are_hips(l, r); };
   const LimbRoots roots(a, BodyRegion::leg);
+  // where both legs are sure, the sacrum is not needed: one of low density, as of the ICRP female, is not seen
+  const auto fits = [&](const Vector3d& l, const Vector3d& r) {
+    return roots.sure() ? body.deep_below_lungs(l, r) : body.near_hips(l, r);
+  };
+  const auto holds = [&](const FoundSphere& l, const FoundSphere& r) { return body.are_hips(l, r); };
   auto heads = find_heads(a, roots, candidates, hips_apart, 25, hips_again, fits, holds);
-  if (!heads) heads = find_heads(a, {}, candidates, hips_apart, 25, hips_again, fits, holds);
+  if (!heads) {
+    const auto near = [&](const Vector3d& l, const Vector3d& r) { return body.near_hips(l, r); };
+    heads = find_heads(a, {}, candidates, hips_apart, 25, hips_again, near, holds);
+  }
   // just above the scan's end, sockets pass for heads if the scan cuts the heads; the better pair wins
   constexpr double apart = 30;  // mm, between spheres about one hip
   if (!heads || body.cuts(heads->left, apart) || body.cuts(heads->right, apart)) {
