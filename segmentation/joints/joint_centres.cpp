@@ -104,9 +104,12 @@ JointEnd find_condyles(const LimbInBody& limb, const JointsAlongPath& joints, co
   const double scale = limb.scale;
   const Vector3d knee_line = limb.path.points[limb.path.index(joints.middle)];
   const BoneSection end = section_of(limb, knee_line, down, 9, 65);
+  // a section that includes the patella may be deeper than wide
+  constexpr double along_left = 0.7;
+  JointCylinder shape{33 * scale, 15 * scale, 30 * scale, 22,    25 * scale, 58 * scale,
+                      0.35,       1,          0,          false, along_left};
   const auto condyles_at = [&](const Vector3d& centre) {
-    return joint_end(limb, centre, down,
-                     {33 * scale, 15 * scale, 30 * scale, 22, 25 * scale, 58 * scale, 0.35, 1, 0}, bent_knee);
+    return joint_end(limb, centre, down, shape, bent_knee);
   };
   JointEnd k = condyles_at(end.centre - condyle * scale * down);
   // Without a visible gap or waist, the line is only the widest place, which a patella moves to the condyles'
@@ -117,6 +120,12 @@ JointEnd find_condyles(const LimbInBody& limb, const JointsAlongPath& joints, co
     if (const JointEnd lower = condyles_at(end.centre);
         lower.measured && !(joints.middle_seen && (lower.centre - end.centre).dot(down) > below_line * scale))
       k = lower;
+  if (!k.measured && !bent_knee && !joints.middle_seen) {
+    // the widest place lies 4 to 9 mm below the condyles' centre in the ICRP adults
+    constexpr double above_widest = 7, never = 2;
+    shape.agree = never;
+    k = condyles_at(end.centre - above_widest * scale * down);
+  }
   return k;
 }
 

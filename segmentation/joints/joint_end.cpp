@@ -81,7 +81,8 @@ JointEnd joint_end(const LimbInBody& limb, const Vector3d& point, const Vector3d
                    const JointCylinder& shape, const std::optional<BentJoint>& bent) {
   const BoneSection s = section_of(limb, point - shape.above * along, along, 6, shape.outer);
   Vector3d axis = (limb.left - limb.left.dot(along) * along).normalized();
-  if (s.ratio > 1.15) axis = s.wide;
+  const bool likely = std::abs(s.wide.dot(axis)) >= shape.along_left;
+  if (s.ratio > 1.15 && likely) axis = s.wide;
   if (bent) axis = bent->axis;
   if (axis.dot(limb.left) < 0) axis = -axis;
   const Vector3d near = bent ? bent->centre : s.centre + shape.above * along;

@@ -56,6 +56,7 @@ struct JointCylinder {
   double faces;  ///< 1: the joint's surface faces down the limb; 0: bone continues on all sides of it
   double above;  ///< mm up the limb; the section there is centred on the joint and widest along its axis
   bool farthest = false;  ///< see fit_hinge: on large voxels, the cylinder farthest down the limb
+  double along_left = 0;  ///< least cosine between the axis and the body's left
 };
 
 /// Finds the end near `point` of a bone along the unit direction `along`. `bent`: gives centre and axis if the
