@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "pipeline/body/joint_ranges.hpp"
+#include "segmentation/vocabulary/part_words.hpp"
 
 namespace borelli {
 
@@ -40,7 +41,7 @@ Warning outside_range(std::string_view joint, std::string_view motion, double an
   return joined_warning(
       WarningKind::range, Severity::note,
       "in the scan these joints lie outside their usual ranges, which were widened accordingly",
-      fmt::format("{} {} {:.1f} degrees ({:.0f} to {:.0f})", joint, motion, angle / degree,
+      fmt::format("{} {} {:.1f} degrees ({:.0f} to {:.0f})", in_words(joint), motion, angle / degree,
                   usual.lower / degree, usual.upper / degree));
 }
 

@@ -18,6 +18,7 @@
 #include "process/memory.hpp"
 #include "segmentation/files/plausibility.hpp"
 #include "segmentation/labelling/edge_contact.hpp"
+#include "segmentation/vocabulary/part_words.hpp"
 
 namespace borelli {
 namespace {
@@ -51,7 +52,7 @@ Result<void> check(const GreyVolume& volume, const LabelMap& labels, const Measu
   return admit_memory("inertia table", "measuring the parts", 4.0 * static_cast<double>(volume.grid.count()));
 }
 
-std::string in_words(Sampling sampling, double mixed, bool requested) {
+std::string words_for(Sampling sampling, double mixed, bool requested) {
   const std::string share =
       requested ? "as requested"
                 : fmt::format("{:.0f} % of the voxels beside the skin are mixed", 100 * mixed);
@@ -77,7 +78,7 @@ Result<Weighed> weigh(const GreyVolume& volume, const LabelMap& labels, const De
   if (!mixed) return tl::unexpected(mixed.error());
   Weighed weighed;
   weighed.sampling = options.sampling.value_or(sampling_by(*mixed));
-  weighed.sampling_in_words = in_words(weighed.sampling, *mixed, options.sampling.has_value());
+  weighed.sampling_in_words = words_for(weighed.sampling, *mixed, options.sampling.has_value());
   weighed.count = label_moments(labels, options.threads).value();
   if (weighed.sampling == Sampling::points) {
     for (std::size_t label = 1; label < 256; ++label)
@@ -201,7 +202,7 @@ Result<InertiaTable> measure(const GreyVolume& volume, LabelMap labels, const La
   }
   for (InertiaRow& row : table.rows)
     if (auto doubt = doubt_of_part(row.part, row.volume); !doubt.empty()) {
-      table.warnings.push_back(row.part + " " + doubt);
+      table.warnings.push_back(in_words(row.part) + " " + doubt);
       row.notes.push_back(std::move(doubt));
     }
   if (!options.deviations) return table;

@@ -17,6 +17,7 @@
 #include "segmentation/labelling/segments.hpp"
 #include "segmentation/vocabulary/absent_parts.hpp"
 #include "segmentation/vocabulary/cuts.hpp"
+#include "segmentation/vocabulary/part_words.hpp"
 
 namespace borelli {
 namespace {
@@ -194,7 +195,7 @@ std::vector<Switch> Builder::hinge(const Part& part, const Vector3d& offset) {
   auto axis = hinge_axis(part, sign);
   if (!axis) {
     warn(fmt::format("{}: no epicondyles were found, so the hinge follows the patient's left-right axis",
-                     name));
+                     in_words(name)));
     axis = Vector3d(sign * axes_.col(0));
   }
   // the part's frame has the patient's axes in the scan's pose; the coordinate is the anatomical flexion,
@@ -218,7 +219,8 @@ std::vector<Switch> Builder::hinge(const Part& part, const Vector3d& offset) {
 std::vector<Switch> Builder::joint(const Part& part) {
   if (is_root(part)) {
     if (!part.parent.empty())
-      warn(fmt::format("{}: its {} is missing, so it moves freely in space", part.name, part.parent));
+      warn(fmt::format("{}: its {} is missing, so it moves freely in space", in_words(part.name),
+                       in_words(part.parent)));
     return free_in_space(part);
   }
   const Part& parent = *std::ranges::find(tree_, part.parent, &Part::name);
@@ -226,7 +228,8 @@ std::vector<Switch> Builder::joint(const Part& part) {
   Switch to_joint{.kind = Fixed{{Eigen::Matrix3d::Identity(), offset}}, .coordinate = ""};
   const std::string name(part.joint), kind = without_side(name);
   if (!point(name)) {
-    warn(fmt::format("{}: no joint centre was found, so {} is welded to {}", name, part.name, part.parent));
+    warn(fmt::format("{}: no joint centre was found, so {} is welded to {}", in_words(name),
+                     in_words(part.name), in_words(part.parent)));
     return {to_joint};
   }
   if (kind == "knee" || kind == "elbow") return hinge(part, offset);
@@ -245,8 +248,8 @@ std::vector<Switch> Builder::ball(const Part& part, const Part& parent, const Ve
   };
   const auto before = frame(parent), after = frame(part);
   if (!before || !after) {
-    warn(fmt::format("{}: the landmarks of {} do not define its axes, so the joint has no ranges", name,
-                     before ? part.name : parent.name));
+    warn(fmt::format("{}: the landmarks of {} do not define its axes, so the joint has no ranges",
+                     in_words(name), in_words(before ? part.name : parent.name)));
     return {{.kind = Fixed{{Eigen::Matrix3d::Identity(), offset}}, .coordinate = ""},
             {.kind = Ball{}, .coordinate = name}};
   }
@@ -373,13 +376,13 @@ PartInertials movable_parts(const InertiaTable& table, std::vector<Warning>& war
   for (const InertiaRow& row : table.rows) {
     if (row.completeness == Completeness::absent || row.inertial.mass <= 0) continue;
     if (!is_segment(row.part)) {
-      warnings.push_back(
-          {WarningKind::part, Severity::note, row.part + " is not in the skeleton's tree and does not move"});
+      warnings.push_back({WarningKind::part, Severity::note,
+                          in_words(row.part) + " is not in the skeleton's tree and does not move"});
       continue;
     }
     if (!row.flaw.empty()) {
-      warnings.push_back(
-          {WarningKind::part, Severity::doubt, row.part + " is left out of the scene: " + row.flaw});
+      warnings.push_back({WarningKind::part, Severity::doubt,
+                          in_words(row.part) + " is left out of the scene: " + row.flaw});
       continue;
     }
     // a stump is the complete remainder of its part
@@ -387,7 +390,7 @@ PartInertials movable_parts(const InertiaTable& table, std::vector<Warning>& war
         !(!row.notes.empty() && row.notes.front().starts_with(stump_note)))
       warnings.push_back(joined_warning(WarningKind::part, Severity::note,
                                         "the scene moves only the labelled piece of these cut parts",
-                                        row.part, row.notes.empty() ? "" : row.notes.front()));
+                                        in_words(row.part), row.notes.empty() ? "" : row.notes.front()));
     present[row.part] = row.inertial;
   }
   return present;
