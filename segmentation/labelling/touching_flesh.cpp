@@ -87,6 +87,29 @@ class Cells {
             if ((p - point).squaredNorm() <= reach * reach) visit(p, item);
   }
 
+  /// Visits the items in cells at growing distance from a point, until all nearer than `reach` are visited.
+  /// `visit` may lower `reach`.
+  template <class Visit>
+  void nearer_than(const double& reach, const Vector3d& point, const Visit& visit) const {
+    std::array<std::int64_t, 3> at{};
+    double inner = width_;  // from the point to its cell's nearest face
+    for (std::size_t c = 0; c < 3; ++c) {
+      at[c] = cell(point, c);
+      const auto n = static_cast<Eigen::Index>(c);
+      const double in = point[n] - low_[n] - width_ * static_cast<double>(at[c]);
+      inner = std::min({inner, in, width_ - in});
+    }
+    for (std::int64_t ring = 0; ring == 0 || width_ * static_cast<double>(ring - 1) + inner < reach; ++ring)
+      for (auto k = std::max<std::int64_t>(0, at[2] - ring); k <= std::min(size_[2] - 1, at[2] + ring); ++k)
+        for (auto j = std::max<std::int64_t>(0, at[1] - ring); j <= std::min(size_[1] - 1, at[1] + ring);
+             ++j) {
+          const bool whole_row = std::abs(k - at[2]) == ring || std::abs(j - at[1]) == ring || ring == 0;
+          for (std::int64_t i = at[0] - ring; i <= at[0] + ring; i += whole_row ? 1 : 2 * ring)
+            if (i >= 0 && i < size_[0])
+              for (const auto& [p, item] : cells_[offset(i, j, k)]) visit(p, item);
+        }
+  }
+
  private:
   std::int64_t cell(const Vector3d& p, std::size_t c) const {
     const auto n = static_cast<Eigen::Index>(c);
@@ -115,14 +138,12 @@ template <class Counts>
 std::optional<Nearest> nearest(const Surface& surface, const Vector3d& point, double reach,
                                const Counts& counts) {
   std::optional<Nearest> best;
-  for (double r = std::min(8.0, reach);; r = std::min(2 * r, reach)) {
-    double least = r * r;
-    surface.within(point, r, [&](const Vector3d& p, std::uint8_t label) {
-      const double d = (p - point).squaredNorm();
-      if (d <= least && counts(label)) least = d, best = Nearest{std::sqrt(d), label, p};
-    });
-    if (best || r >= reach) return best;
-  }
+  double within = reach;
+  surface.nearer_than(within, point, [&](const Vector3d& p, std::uint8_t label) {
+    const double d = (p - point).squaredNorm();
+    if (d <= within * within && counts(label)) within = std::sqrt(d), best = Nearest{within, label, p};
+  });
+  return best;
 }
 
 // The first surface's share of the gap between two lean surfaces, mm. `first`, `second`: fat thickness of
@@ -238,7 +259,8 @@ class FleshContact {
     const Box box = box_.grown(static_cast<std::int64_t>(farthest / step) + 1, g);
     const Vector3d low = g.point(box.low[0], box.low[1], box.low[2]),
                    high = g.point(box.high[0], box.high[1], box.high[2]);
-    surface_.emplace(low, high, 8);
+    const Vector3d margin = Vector3d::Constant(step);
+    surface_.emplace(low - margin, high + margin, 8);
     of_arm_.emplace(low, high, near);
     of_other_.emplace(low, high, near);
     std::vector<std::pair<Vector3d, bool>> skin_points;
