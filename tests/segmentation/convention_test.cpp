@@ -210,14 +210,17 @@ void each_bone_voxel(const F& visit) {
 
 // At wrist, elbow and ankle the labels change at one slice for both sides (916, 1180 and 100 mm), regardless
 // of the joint: the left hand hangs 8 mm lower but is cut level with the right one. Within 12 mm of these
-// cuts (1.5 slices) the labels do not show the bone's true part.
+// cuts (1.5 slices) the labels do not show the bone's true part. At the knee they change at 492 mm, but the
+// section of bone is least in the slice at 480 mm: the femoral condyles between are labelled as tibia.
 bool near_slice_cut(int part, double z) {
   const std::string name(parts[static_cast<std::size_t>(part)].name);
   const auto near = [&](double cut) { return std::abs(z - cut) < 12; };
   if (name.starts_with("hand")) return near(916);
   if (name.starts_with("forearm")) return near(916) || near(1180);
   if (name.starts_with("upper_arm")) return near(1180);
-  return (name.starts_with("shank") || name.starts_with("foot")) && near(100);
+  if (name.starts_with("thigh")) return near(488);
+  if (name.starts_with("shank")) return near(488) || near(100);
+  return name.starts_with("foot") && near(100);
 }
 
 // (Proportions from this body place the discs of the spine, so this is no independent test for the trunk's

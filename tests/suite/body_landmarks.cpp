@@ -189,7 +189,7 @@ void leg(const Bones& bones, bool left, Landmarks& out) {
     return mean(those(malleoli, [&](const Vector3d& p) { return p.dot(along) > most - 4; }));
   };
   mark(out, "lateral_malleolus" + at, tip(lateral), 4), mark(out, "medial_malleolus" + at, tip(-lateral), 4);
-  mark(out, "ankle" + at, 0.5 * (tip(lateral) + tip(-lateral)), 4);
+  mark(out, "ankle" + at, 0.5 * (tip(lateral) + tip(-lateral)), 8);
   mark(out, "heel" + at, extreme(foot, Vector3d::UnitY()), 5);
   mark(out, "toe_tip" + at, extreme(foot, -Vector3d::UnitY()), 5);
   const Points half = those(pelvis, [&, low = lowest(pelvis), high = highest(pelvis)](const Vector3d& p) {

@@ -12,7 +12,8 @@
 //   knee_*
 //       x: midpoint of the epicondyles. y: mean of the femur's lowest 36 mm. z: 20 mm above its lower end.
 //   medial_malleolus_*, lateral_malleolus_*, ankle_*
-//       Outermost points of tibia and fibula in their lowest 30 mm; the ankle is their midpoint.
+//       Outermost points of tibia and fibula in their lowest 30 mm; the ankle is their midpoint. The joint's axis lies up
+//       to 15 mm lower, near the malleoli's tips, which the labels cut off (deviation 8 mm).
 //   neck, t12_l1, l5_s1
 //       Middle of the border between two regions of the spine, in front of the spinal cord.
 //   cervicale
