@@ -45,7 +45,7 @@ struct SmallestPivot {
     return true;
   }
 
-  /// Whether the pivot is more than its rounding error, which is about eps z^T |A| z. Here z_k = 1, and z_j is the
+  /// Whether the pivot is more than its rounding error, which is about eps z^T |A| z, with eps = 2^-52. Here z_k = 1, and z_j is the
   /// velocity of coordinate j > k if it follows k freely. A pivot above 1e-7 of its diagonal entry passes
   /// unchecked: its error could be as large only if some z_j were in the thousands. Stores z in F's row k, right of
   /// the diagonal, which the factor does not use.

@@ -15,8 +15,8 @@ class HeadsInBody {
  public:
   explicit HeadsInBody(const Anatomy& anatomy);
 
-  /// True if two candidate centres can be hips: the midpoint lies deep in flesh, and no lung within 120 mm
-  /// above.
+  /// True if two candidate centres can be hips: their midpoint lies deep in flesh, and no lung lies within
+  /// 120 mm above it.
   bool deep_below_lungs(const Eigen::Vector3d& left, const Eigen::Vector3d& right) const;
   /// The same, and the sacrum is in view behind and above.
   bool near_hips(const Eigen::Vector3d& left, const Eigen::Vector3d& right) const;

@@ -122,8 +122,8 @@ JointEnd find_condyles(const LimbInBody& limb, const JointsAlongPath& joints, co
       k = lower;
   if (!k.measured && !bent_knee && !joints.middle_seen) {
     // the widest place lies 4 to 9 mm below the condyles' centre in the ICRP adults
-    constexpr double above_widest = 7, never = 2;
-    shape.agree = never;
+    constexpr double above_widest = 7, outlines_only = 2;
+    shape.agree = outlines_only;
     k = condyles_at(end.centre - above_widest * scale * down);
   }
   return k;

@@ -89,8 +89,10 @@ JointEnd joint_end(const LimbInBody& limb, const Vector3d& point, const Vector3d
   JointEnd end{near, near, near, 0, by_outline, false};
   const CloseUp view = close_up(*limb.anatomy.source, near, shape.outer + shape.search + 8);
   const bool farthest = shape.farthest && !bent;
-  const auto hinge = fit_hinge(view, near, axis, shape.faces * along, shape.reach, shape.least, shape.most,
-                               shape.search, farthest);
+  std::optional<Hinge> hinge;
+  if (shape.agree <= 1)
+    hinge = fit_hinge(view, near, axis, shape.faces * along, shape.reach, shape.least, shape.most,
+                      shape.search, farthest);
   if (hinge && hinge->score >= shape.agree) {
     axis = hinge->axis;
     // On voxels of 5 mm the farthest cylinder was the joint's in all 60 elbows tested, 10 to 20 mm below the

@@ -52,7 +52,7 @@ struct JointEnd {
 struct JointCylinder {
   double reach, least, most, search;  ///< see fit_hinge
   double inner, outer;                ///< range along the axis in which the bone's sides are searched
-  double agree;                       ///< fraction of the rays that must agree on the cylinder
+  double agree;  ///< fraction of rays that must agree on the cylinder; over 1: outlines only
   double faces;  ///< 1: the joint's surface faces down the limb; 0: bone continues on all sides of it
   double above;  ///< mm up the limb; the section there is centred on the joint and widest along its axis
   bool farthest = false;  ///< see fit_hinge: on large voxels, the cylinder farthest down the limb

@@ -147,7 +147,7 @@ constexpr double below_end = 55, below_ilium = 85;
 
 void find_hips(const Anatomy& a, const HeadsInBody& body, RoundHeads& candidates, Trunk& trunk) {
   const LimbRoots roots(a, BodyRegion::leg);
-  // where both legs are sure, the sacrum is not needed: one of low density, as of the ICRP female, is not seen
+  // if the forest is sure of both legs, no sacrum need be seen: the ICRP female's is no denser than flesh
   const auto fits = [&](const Vector3d& l, const Vector3d& r) {
     return roots.sure() ? body.deep_below_lungs(l, r) : body.near_hips(l, r);
   };

@@ -21,10 +21,10 @@ namespace {
 using Eigen::Vector3d;
 
 // A piece is taken if its confidence, the expected share of right voxels, is at least:
-constexpr double sure_piece = 0.75;         // in general
-constexpr double sure_column = 0.6;         // if it is a trunk and shows the vertebral column
-constexpr double sure_beside_trunk = 0.67;  // if it is a limb, and a trunk is taken
-constexpr double sure_shank = 0.7;          // if it is a leg alone whose side is known
+constexpr double sure_piece = 0.75;         // for any other piece
+constexpr double sure_column = 0.6;         // for a trunk that shows the vertebral column
+constexpr double sure_beside_trunk = 0.67;  // for a limb, if a trunk was taken
+constexpr double sure_shank = 0.7;          // for a leg alone whose side is known
 
 // The xiphion lies 33 (male) and 46 mm (female) below the lower end of the lungs in the ICRP adults, who breathe
 // quietly. A deep breath moves that end down by up to 60 mm.

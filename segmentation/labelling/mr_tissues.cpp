@@ -400,9 +400,9 @@ std::vector<std::string> assumptions(const MrReading& reading, bool background, 
 }  // namespace
 
 GreyVolume uniform_body(const MrReading& reading) {
-  GreyVolume flat = reading.density;
-  for (auto& v : flat.voxels) v = v > 0 ? std::int16_t{1050} : std::int16_t{0};
-  return flat;
+  GreyVolume body = reading.density;
+  for (auto& v : body.voxels) v = v > 0 ? std::int16_t{1050} : std::int16_t{0};
+  return body;
 }
 
 Result<MrReading> read_mr(const GreyVolume& volume, const ClassLabels* classes, int threads) {

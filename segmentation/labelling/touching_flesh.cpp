@@ -87,12 +87,12 @@ class Cells {
             if ((p - point).squaredNorm() <= reach * reach) visit(p, item);
   }
 
-  /// Visits the items in cells at growing distance from a point, until all nearer than `reach` are visited.
-  /// `visit` may lower `reach`.
+  /// Visits at least the items within `reach` mm of a point, in rings of cells around it. `visit` returns the reach
+  /// from then on.
   template <class Visit>
-  void nearer_than(const double& reach, const Vector3d& point, const Visit& visit) const {
+  void visit_rings(const Vector3d& point, double reach, const Visit& visit) const {
     std::array<std::int64_t, 3> at{};
-    double inner = width_;  // from the point to its cell's nearest face
+    double inner = width_;  // distance from the point to the nearest face of its cell
     for (std::size_t c = 0; c < 3; ++c) {
       at[c] = cell(point, c);
       const auto n = static_cast<Eigen::Index>(c);
@@ -106,7 +106,7 @@ class Cells {
           const bool whole_row = std::abs(k - at[2]) == ring || std::abs(j - at[1]) == ring || ring == 0;
           for (std::int64_t i = at[0] - ring; i <= at[0] + ring; i += whole_row ? 1 : 2 * ring)
             if (i >= 0 && i < size_[0])
-              for (const auto& [p, item] : cells_[offset(i, j, k)]) visit(p, item);
+              for (const auto& [p, item] : cells_[offset(i, j, k)]) reach = visit(p, item);
         }
   }
 
@@ -139,9 +139,10 @@ std::optional<Nearest> nearest(const Surface& surface, const Vector3d& point, do
                                const Counts& counts) {
   std::optional<Nearest> best;
   double within = reach;
-  surface.nearer_than(within, point, [&](const Vector3d& p, std::uint8_t label) {
+  surface.visit_rings(point, reach, [&](const Vector3d& p, std::uint8_t label) {
     const double d = (p - point).squaredNorm();
     if (d <= within * within && counts(label)) within = std::sqrt(d), best = Nearest{within, label, p};
+    return within;
   });
   return best;
 }
@@ -259,7 +260,7 @@ class FleshContact {
     const Box box = box_.grown(static_cast<std::int64_t>(farthest / step) + 1, g);
     const Vector3d low = g.point(box.low[0], box.low[1], box.low[2]),
                    high = g.point(box.high[0], box.high[1], box.high[2]);
-    const Vector3d margin = Vector3d::Constant(step);
+    const Vector3d margin = Vector3d::Constant(step);  // surfaces lie up to a step outside the box
     surface_.emplace(low - margin, high + margin, 8);
     of_arm_.emplace(low, high, near);
     of_other_.emplace(low, high, near);

@@ -13,9 +13,9 @@
 #include "segmentation/labelling/verdict.hpp"
 #include "segmentation/vocabulary/part_planes.hpp"
 #include "tests/paths.hpp"
-#include "tests/segmentation/cropped.hpp"
 #include "tests/segmentation/dice.hpp"
 #include "tests/segmentation/scanned_body.hpp"
+#include "tests/segmentation/slices_between.hpp"
 
 namespace borelli::forest_parts_test {
 namespace {
@@ -136,11 +136,11 @@ TEST(ForestParts, PelvisWithoutHipsHasNoFalseHips) {
       return std::lround(scan->volume.grid.index(p)[2]);
     };
     const auto first = slice("hip_left", 40), last = slice("xiphion", 40);
-    const auto found = segment(cropped(scan->volume, first, last));
+    const auto found = segment(slices_between(scan->volume, first, last));
     ASSERT_TRUE(found) << found.error().message();
     EXPECT_FALSE(found->landmarks.contains("hip_left")) << body;
     EXPECT_FALSE(found->landmarks.contains("hip_right")) << body;
-    EXPECT_GT(share_right(found->labels, cropped(whole->labels, first, last)), 0.75) << body;
+    EXPECT_GT(share_right(found->labels, slices_between(whole->labels, first, last)), 0.75) << body;
     EXPECT_EQ(verdict_of(*found).verdict, Verdict::doubtful) << body;
   }
 }

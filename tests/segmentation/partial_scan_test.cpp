@@ -10,8 +10,8 @@
 #include "segmentation/files/read.hpp"
 #include "segmentation/labelling/segment.hpp"
 #include "tests/paths.hpp"
-#include "tests/segmentation/cropped.hpp"
 #include "tests/segmentation/dice.hpp"
+#include "tests/segmentation/slices_between.hpp"
 
 namespace borelli::partial_scan_test {
 namespace {
@@ -46,7 +46,7 @@ class PartialPhantom : public ::testing::Test {
     return std::lround(scan_->grey.grid.index(p)[2]);
   }
   static Segmentation found(std::int64_t first, std::int64_t last) {
-    return found_in(cropped(scan_->grey, first, last), 4);
+    return found_in(slices_between(scan_->grey, first, last), 4);
   }
   static void expect_coverage(const Segmentation& found, const std::map<std::string, Coverage>& expected) {
     for (std::size_t n = 1; n < parts.size(); ++n) {
@@ -66,7 +66,7 @@ class PartialPhantom : public ::testing::Test {
     EXPECT_TRUE(by_forest(found));
     for (const std::string joint : {"hip", "shoulder"})
       for (const std::string side : {"_left", "_right"}) EXPECT_FALSE(found.landmarks.contains(joint + side));
-    EXPECT_GT(share_right(found.labels, cropped(scan_->labels, first, last)), least);
+    EXPECT_GT(share_right(found.labels, slices_between(scan_->labels, first, last)), least);
   }
 
   static inline Phantom* body_ = nullptr;
@@ -236,7 +236,7 @@ TEST_F(PartialPhantom, ArmsWithoutShouldersAreNotTrunk) {
         << part << ": " << excess << " too much at confidence " << finding.confidence;
   }
   // either most of an arm is labelled as that arm, or a warning mentions it
-  const LabelMap exact = cropped(scan_->labels, 0, slice_at("shoulder_left", -12));
+  const LabelMap exact = slices_between(scan_->labels, 0, slice_at("shoulder_left", -12));
   for (const std::string side : {"left", "right"}) {
     double all = 0, right = 0;
     for (std::size_t o = 0; o < exact.voxels.size(); ++o)
@@ -298,7 +298,7 @@ TEST_F(PartialPhantom, HipsBelowTheScanComeFromRegressions) {
     EXPECT_EQ(name_of(thigh.coverage), "cut");
     EXPECT_NE(thigh.note.find("placed by regression"), std::string::npos) << thigh.note;
   }
-  const auto agreement = dice(cut_above.labels, cropped(scan_->labels, first, last));
+  const auto agreement = dice(cut_above.labels, slices_between(scan_->labels, first, last));
   for (const char* part : {"lower_trunk", "middle_trunk", "thigh_left", "thigh_right"})
     EXPECT_GT(agreement[static_cast<std::size_t>(part_label(part))], 0.9) << part;
 }
@@ -328,7 +328,7 @@ class PartialIcrp : public ::testing::Test {
 TEST_F(PartialIcrp, HipsByRegressionMatchHisFemoralHeads) {
   const Vector3d head = whole_->landmarks.at("hip_left").point;
   const auto first = std::lround(scan_->grid.index(head + Vector3d(0, 0, 35))[2]);
-  const Segmentation upper = found_in(cropped(*scan_, first, scan_->grid.size[2] - 1));
+  const Segmentation upper = found_in(slices_between(*scan_, first, scan_->grid.size[2] - 1));
   for (const std::string side : {"_left", "_right"}) {
     ASSERT_TRUE(upper.landmarks.contains("hip" + side));
     const Landmark& hip = upper.landmarks.at("hip" + side);
@@ -344,8 +344,8 @@ TEST_F(PartialIcrp, UpperHalfAndChestHaveNoLegs) {
   const auto slices = scan_->grid.size[2];
   const auto first = slices * 55 / 100;
   for (const auto last : {slices - 1, slices * 84 / 100}) {
-    const Segmentation found = found_in(cropped(*scan_, first, last));
-    const auto agreement = dice(found.labels, cropped(whole_->labels, first, last));
+    const Segmentation found = found_in(slices_between(*scan_, first, last));
+    const auto agreement = dice(found.labels, slices_between(whole_->labels, first, last));
     for (std::size_t n = 1; n < parts.size(); ++n) {
       const std::string name(parts[n].name);
       const bool below = name.starts_with("shank") || name.starts_with("foot");

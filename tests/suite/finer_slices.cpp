@@ -211,7 +211,7 @@ Volume<std::int16_t> finer_slices(const Volume<std::int16_t>& labels, const std:
       const Slice below = std::exchange(above, slice_of(labels, grey, clamped(k + 1)));
       const Between between(below, above, absent);
       for (std::int64_t m = 0; m < factor; ++m) {
-        // fine slices' middles, in slices: (n + 1/2) / factor - 1/2
+        // the middle of fine slice n lies (n + 1/2) / factor - 1/2 thick slices above the first one's
         const std::int64_t n = k * factor + factor / 2 + m;
         const double share = (double(n) + 0.5) / factor - 0.5 - double(k);
         if (n < 0 || n >= out.grid.size[2]) continue;

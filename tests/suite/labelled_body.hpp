@@ -1,7 +1,7 @@
 // An adult of ICRP Publication 110: the part of each voxel, landmarks, and tissue contacts.
 //
-// Owners. A bone's owner follows from its organ number and side (x left or right of the pelvis' middle). The femoral
-// condyles, which the list partly counts as tibia, get the femur's numbers.
+// Owners. A bone's owner follows from its organ number and side (x left or right of the pelvis' middle). The organ list
+// counts parts of the femoral condyles as tibia; these get the femur's numbers.
 // Flesh belongs to the bone with the shortest path through tissue. No path crosses a contact: between arm
 // tissue and other tissue below the armpit (where the organ list names arm tissue), and between the legs
 // below the crotch.
@@ -62,7 +62,8 @@ std::vector<std::uint8_t> bone_parts(const LabelledBody& body);
 LabelledBody labelled_body(const std::string& name, const Volume<std::int16_t>& organs,
                            const Volume<std::int16_t>& hu, const Volume<std::int16_t>& density);
 
-/// "am" or "af" from shared/volumes, on slices of at most 3 mm (see finer_slices). Errors: files missing (one sentence), not of one grid.
+/// "am" or "af" from shared/volumes, split into slices of at most 3 mm (see finer_slices). Errors: files missing
+/// (one sentence), not of one grid.
 Result<LabelledBody> read_labelled_body(const std::string& name, const std::string& shared_folder);
 
 }  // namespace borelli::suite

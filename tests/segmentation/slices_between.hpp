@@ -9,7 +9,7 @@ namespace borelli {
 
 /// The slices from `first` to `last` of a volume or label map, its grid's origin moved along.
 template <class Voxels>
-Voxels cropped(const Voxels& volume, std::int64_t first, std::int64_t last) {
+Voxels slices_between(const Voxels& volume, std::int64_t first, std::int64_t last) {
   Voxels out = volume;
   out.grid.size[2] = last - first + 1;
   out.grid.origin = volume.grid.point(Eigen::Vector3d(0, 0, static_cast<double>(first)));
