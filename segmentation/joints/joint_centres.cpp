@@ -201,11 +201,11 @@ void find_leg(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
   const auto n = static_cast<std::size_t>(side);
   if (!(trunk.hip[n] || trunk.femur[n]) || !limb.path.present) return;
   if (const auto& head = trunk.hip[n])
-    marks["hip" + limb.suffix] =
-        found(head->centre, std::max(head->cut ? head->radius : 1.5, 2 * head->deviation),
-              head->cut ? "bone: sphere on a femoral head that the scan's end may cut"
-                        : "bone: sphere on the femoral head",
-              head->radius);
+    marks["hip" + limb.suffix] = found(
+        head->centre, std::hypot(std::max(head->cut ? head->radius : 1.5, 2 * head->deviation), head->rival),
+        head->cut ? "bone: sphere on a femoral head that the scan's end may cut"
+                  : "bone: sphere on the femoral head",
+        head->radius);
   const JointsAlongPath joints = leg_joints(limb.path, limb.scale);
   if (joints.middle == 0 || is_absent(trunk.absent, "shank", limb.suffix)) return;
   const auto knee = find_knee(limb, joints, marks);
@@ -339,12 +339,23 @@ Vector3d find_wrist(const LimbInBody& limb, const JointsAlongPath& joints, const
     }
   // if the scan cuts an arm and the voxels show no gap, a dip in the forearm's section may pass for the wrist
   constexpr double hand_tells = 90;
-  const double in_view = (path.points.back() - wrist).norm();
-  const bool may_be_beyond = path.cut && a.gap_may_fuse(scale) && in_view < hand_tells * scale;
-  marks["wrist" + limb.suffix] = found(
-      wrist,
-      std::hypot(5, a.gaps_unseen(scale), std::max(likely.deviation, may_be_beyond ? 0.5 * in_view : 0.0)),
-      "bone: between radius and carpals");
+  const double to_end = (path.points.back() - wrist).norm();
+  const bool may_be_beyond = path.cut && a.gap_may_fuse(scale) && to_end < hand_tells * scale;
+  double doubt = std::max(likely.deviation, may_be_beyond ? 0.5 * to_end : 0.0);
+  // A gap among the hand's bones may pass for the wrist: if forearm and hand then have lengths that no arm has, the
+  // wrist lies where arms have it.
+  constexpr double most = 4;  // standard deviations
+  const char* source = "bone: between radius and carpals";
+  constexpr double in_view = 30;  // mm
+  const bool ends = !path.cut && !a.near_edge(path.points.back(), in_view);
+  if (const auto usual = usual_wrist(path, elbow); usual && ends) {
+    const double off = (usual->point - wrist).norm();
+    if (off > most * hand_share_varies * usual->length) {
+      wrist = usual->point, doubt = std::max(doubt, off / 2);
+      source = "proportion: between elbow and the hand's end";
+    }
+  }
+  marks["wrist" + limb.suffix] = found(wrist, std::hypot(5, a.gaps_unseen(scale), doubt), source);
   return along;
 }
 
@@ -356,7 +367,7 @@ void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
   if (!trunk.shoulder[n] || !path.present) return;
   const FoundSphere& head = *trunk.shoulder[n];
   marks["shoulder" + limb.suffix] =
-      found(head.centre, std::max(head.cut ? head.radius : 2.0, 2 * head.deviation),
+      found(head.centre, std::hypot(std::max(head.cut ? head.radius : 2.0, 2 * head.deviation), head.rival),
             head.cut ? "bone: sphere on a humeral head that the scan's end may cut"
                      : "bone: sphere on the humeral head",
             head.radius);

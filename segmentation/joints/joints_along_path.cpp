@@ -116,9 +116,8 @@ std::size_t middle_of_valley(const LimbPath& path, std::size_t n, double flank) 
 std::vector<WristPlace> wrist_places(const LimbPath& path, const Vector3d& elbow, double scale) {
   constexpr double flanks = 45, bottom = 9;  // mm to each side of a valley
   constexpr double shallow = 0.75;           // largest section of a valley, relative to its lower flank
-  // Forearm of a body of usual size, mm; `scale` makes women too tall. The hand's bones make up .39 to .43 of
-  // forearm and hand, in phantoms and in de Leva (1996).
-  constexpr double forearm = 262, forearm_varies = 0.07, share = 0.40, share_varies = 0.025;
+  // Forearm of a body of usual size, mm; `scale` makes women too tall.
+  constexpr double forearm = 262, forearm_varies = 0.07;
   constexpr double shortest = 0.72, longest = 1.25;  // of a forearm
   constexpr double depth_tells = 1.5;                // log odds of a gap against no dip
   const std::size_t count = path.points.size();
@@ -154,11 +153,26 @@ std::vector<WristPlace> wrist_places(const LimbPath& path, const Vector3d& elbow
     while (after + 1 < count && path.section[after] < 0.5 * (low + flank)) ++after;
     const double length = (path.points[at] - elbow).norm();
     const double unusual = (length / (forearm * scale) - 1) / forearm_varies;
-    const double unlike = path.cut ? 0 : (beyond[at] / (beyond[at] + length) - share) / share_varies;
+    const double unlike =
+        path.cut ? 0 : (beyond[at] / (beyond[at] + length) - hand_share) / hand_share_varies;
     places.push_back(
         {path.points[at], depth_tells * (1 - low / flank) - 0.5 * (unusual * unusual + unlike * unlike)});
   }
   return places;
+}
+
+std::optional<UsualWrist> usual_wrist(const LimbPath& path, const Vector3d& elbow) {
+  const auto off = [&](const Vector3d& p) { return (p - elbow).squaredNorm(); };
+  const auto from = std::min_element(path.points.begin(), path.points.end(),
+                                     [&](const Vector3d& p, const Vector3d& q) { return off(p) < off(q); });
+  double length = 0;
+  for (auto p = from; std::next(p) != path.points.end(); ++p) length += (*std::next(p) - *p).norm();
+  constexpr double shortest = 200;  // mm
+  if (length < shortest) return std::nullopt;
+  double left = (1 - hand_share) * length;
+  auto p = from;
+  for (; std::next(p) != path.points.end() && left > 0; ++p) left -= (*std::next(p) - *p).norm();
+  return UsualWrist{*p, length};
 }
 
 JointsAlongPath leg_joints(const LimbPath& path, double scale) {

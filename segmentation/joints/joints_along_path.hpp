@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "segmentation/joints/limbs.hpp"
@@ -34,5 +35,17 @@ struct WristPlace {
 /// broader places. On voxels as large as the wrist's gap, the dip distal to the carpus may be the deeper one;
 /// the lengths of forearm and hand then decide.
 std::vector<WristPlace> wrist_places(const LimbPath& path, const Eigen::Vector3d& elbow, double scale);
+
+/// Share of forearm and hand that the hand's bones make up, along the path (mm) from the elbow: mean and standard
+/// deviation in phantoms and in de Leva (1996).
+inline constexpr double hand_share = 0.40, hand_share_varies = 0.025;
+
+/// Where that share puts the wrist on an arm's path (mm, LPS), and the length of forearm and hand along the bones.
+/// Empty if the path ends near the elbow.
+struct UsualWrist {
+  Eigen::Vector3d point;
+  double length = 0;
+};
+std::optional<UsualWrist> usual_wrist(const LimbPath& path, const Eigen::Vector3d& elbow);
 
 }  // namespace borelli

@@ -28,7 +28,7 @@ std::optional<FoundSphere> likeliest_head(const Anatomy& a, const HeadsInBody& b
     places.push_back(place);
     for (const FoundSphere& ball : candidates.about(place)) {
       // same score as of a pair of equal heads
-      const double score = std::pow(agreement(a, ball), 2) * std::exp(-std::pow((ball.radius - 25) / 7, 2));
+      const double score = std::pow(agreement(a, ball), 2) * head_size(ball.radius);
       if (score > most && fits(ball) && body.solid(ball)) most = score, best = ball;
     }
     return true;

@@ -145,7 +145,7 @@ void find_hand_end(const Anatomy& a, const Volume<std::uint8_t>& owner, const st
   const double unseen = 0.5 * a.gaps_unseen(scale);  // an error of the wrist turns the hand's axis
   marks["dactylion_3" + side] = {*finger, std::hypot(6, unseen), 0, "skin: tip of the hand"};
   // de Leva (1996): wrist to third metacarpale 86.2 of 187.9 mm to the dactylion
-  marks["metacarpale_3" + side] = {wrist + 0.4588 * (*finger - wrist), std::hypot(8, unseen), 0,
+  marks["metacarpale_3" + side] = {wrist + 0.4588 * (*finger - wrist), std::hypot(15, unseen), 0,
                                    "proportion: between wrist and dactylion"};
 }
 

@@ -137,7 +137,7 @@ void find_lone_parts(const Anatomy& a, Trunk& trunk) {
   trunk.scale = std::clamp(brain->radius / usual, 0.8, 1.15);
   constexpr double aside = 30;  // mm: jaws contain as much bone as the spine
   find_spine(a, brain->centre[0], a.grid().origin[2] + a.step(), brain->centre[2] - under_skull * trunk.scale,
-             aside, trunk);
+             aside, 0, trunk);
 }
 
 }  // namespace borelli

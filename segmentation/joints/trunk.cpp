@@ -53,17 +53,22 @@ using Balls = std::vector<FoundSphere>;
 // The likeliest pair among the spheres of two sides (heads, their sockets' surfaces, tubers, trochanters):
 // good agreement, equal radii of a head's size (19 to 29 mm in adults), and distance, level and place as
 // `fits` requires. holds(l, r) tests the spheres themselves.
+// If `other_than` has a score, pairs within `one_place` of it on both sides are left out.
+constexpr double one_place = 12;  // mm
 template <class Fits, class Holds>
 Pair likeliest(const Anatomy& a, const LimbRoots& roots, const Balls& left, const Balls& right, Spacing apart,
-               double level, const Fits& fits, const Holds& holds) {
+               double level, const Fits& fits, const Holds& holds, const Pair& other_than = {}) {
   Pair best;
   for (const auto& l : left)
     for (const auto& r : right) {
       const Vector3d d = l.centre - r.centre;
       if (d[0] < apart.least || d[0] > apart.most) continue;
+      if (other_than.score > 0 && (l.centre - other_than.left.centre).norm() < one_place &&
+          (r.centre - other_than.right.centre).norm() < one_place)
+        continue;
       const double score = agreement(a, l) * agreement(a, r) * roots.likelihood(l.centre, r.centre) *
                            std::exp(-std::pow((l.radius - r.radius) / 2, 2)) *
-                           std::exp(-std::pow((0.5 * (l.radius + r.radius) - 25) / 7, 2)) *
+                           head_size(0.5 * (l.radius + r.radius)) *
                            std::exp(-std::pow(d[1] / level, 2) - std::pow(d[2] / level, 2));
       if (score > best.score && fits(l.centre, r.centre) && holds(l, r)) best = {l, r, score};
     }
@@ -129,7 +134,14 @@ std::optional<Pair> find_heads(const Anatomy& a, const LimbRoots& roots, RoundHe
   search_beside({Vector3d::UnitX()});
   search_beside(
       {-Vector3d::UnitX(), Vector3d::UnitY(), -Vector3d::UnitY(), Vector3d::UnitZ(), -Vector3d::UnitZ()});
-  if (best.score > 0) return best;
+  if (best.score > 0) {
+    // how far off the heads are if the next likely place is the true one, with that place's probability
+    const Pair rival = likeliest(a, roots, sides[0].balls, sides[1].balls, apart, level, fits, holds, best);
+    const double odds = std::pow(rival.score / best.score, 4), share = std::sqrt(odds / (1 + odds) / 3);
+    best.left.rival = share * (rival.left.centre - best.left.centre).norm();
+    best.right.rival = share * (rival.right.centre - best.right.centre).norm();
+    return best;
+  }
   const auto voted_head = std::find_if(voted.begin(), voted.end(),
                                        [&](const Pair& pair) { return holds(pair.left, pair.right); });
   if (voted_head == voted.end()) return std::nullopt;
@@ -233,7 +245,8 @@ std::vector<float> blurred_slice(const Anatomy& a, std::int64_t k, std::int64_t 
 
 }  // namespace
 
-void find_spine(const Anatomy& a, double x, double bottom_z, double top_z, double far, Trunk& trunk) {
+void find_spine(const Anatomy& a, double x, double bottom_z, double top_z, double far, double leaning,
+                Trunk& trunk) {
   const auto& g = a.grid();
   const auto k0 =
       std::clamp<std::int64_t>(std::lround((bottom_z - g.origin[2]) / a.step()), 0, g.size[2] - 1);
@@ -249,6 +262,7 @@ void find_spine(const Anatomy& a, double x, double bottom_z, double top_z, doubl
   const auto box = static_cast<double>((2 * half + 1) * (2 * half + 1));
   for (std::int64_t k = k0; k <= k1; ++k) {
     const auto score = blurred_slice(a, k, half);
+    const double usual = far + leaning * a.step() * static_cast<double>(k - k0);
     for (std::int64_t j = 0; j < ny; ++j)
       for (std::int64_t u = 0; u < nu; ++u) {
         float top = -1;
@@ -263,7 +277,7 @@ void find_spine(const Anatomy& a, double x, double bottom_z, double top_z, doubl
         next[static_cast<std::size_t>(j * nu + u)] =
             top + score[static_cast<std::size_t>(j * g.size[0] + i0 + u)] -
             static_cast<float>(0.015 * box *
-                               (std::max(0.0, aside - 15) + std::pow(std::max(0.0, aside - far), 2)));
+                               (std::max(0.0, aside - 15) + std::pow(std::max(0.0, aside - usual), 2)));
         from[static_cast<std::size_t>(((k - k0) * ny + j) * nu + u)] = step;
       }
     std::swap(best, next);
@@ -341,8 +355,11 @@ Trunk find_trunk(const Anatomy& a, const AbsentParts& absent) {
   double top = end;
   if (shoulders)
     top = std::min(end, 0.5 * (trunk.shoulder[0]->centre[2] + trunk.shoulder[1]->centre[2]) + 170);
-  constexpr double never = 1e3, beside = 30;  // mm
-  find_spine(a, m[0], hips ? m[2] + 35 : a.grid().origin[2] + a.step(), top, hips ? never : beside, trunk);
+  // above the hips the sacrum lies in the middle, and the column may lean to a side from there
+  if (hips)
+    find_spine(a, m[0], m[2] + 35, top, 15, 0.5, trunk);
+  else
+    find_spine(a, m[0], a.grid().origin[2] + a.step(), top, 30, 0, trunk);
   settle_middle(a, trunk);
   settle_lone_heads(trunk);
   // references: mean hip to mean shoulder height 515 mm, hip centres 172 mm apart, shoulders 364 mm apart;

@@ -54,8 +54,10 @@ struct Trunk {
 Trunk find_trunk(const Anatomy& anatomy, const AbsentParts& absent = {});
 
 /// Sets `spine` to the best column near x from `bottom` to `top` (mm, patient z). Each step up moves at most
-/// one voxel sideways (dynamic programming). Beyond `far` mm from x the penalty grows with the square of the
-/// distance: iliac wings contain as much bone as the column.
-void find_spine(const Anatomy& anatomy, double x, double bottom, double top, double far, Trunk& trunk);
+/// one voxel sideways (dynamic programming). Beyond a distance from x the penalty grows with its square: iliac
+/// wings contain as much bone as the column. The distance is `far` mm at the bottom and grows by `leaning` mm per mm
+/// of height.
+void find_spine(const Anatomy& anatomy, double x, double bottom, double top, double far, double leaning,
+                Trunk& trunk);
 
 }  // namespace borelli

@@ -4,13 +4,15 @@
 #include <array>
 #include <cmath>
 #include <utility>
+#include <vector>
 
 namespace borelli {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr double hidden = 1e9;  // no visible skin of the trunk, mm
+constexpr double hidden = 1e9;           // no visible skin of the trunk, mm
+constexpr double shallowest_dent = 2.5;  // of a navel, mm
 
 }  // namespace
 
@@ -90,7 +92,8 @@ std::optional<Vector3d> TrunkFront::skin_at(double z) const {
 // Depth of the skin behind the mean of opposite neighbours, mm; slopes and curvature along one line thus
 // cancel. Empty if fewer than `least` of the four pairs are visible.
 std::optional<double> TrunkFront::dent(std::int64_t i, std::int64_t k, int least) const {
-  const auto ring = std::lround(24 / a_.step());
+  constexpr double narrow = 12;  // mm: a navel is a narrow pit, folds and the shape of the belly are wider
+  const auto ring = std::lround(narrow / a_.step());
   const double here = skin(i, k);
   if (here == hidden) return std::nullopt;
   double depth = hidden;
@@ -104,38 +107,66 @@ std::optional<double> TrunkFront::dent(std::int64_t i, std::int64_t k, int least
   return pairs < least ? std::nullopt : std::optional(depth);
 }
 
-std::optional<Landmark> TrunkFront::navel(double from, double to) const {
+// The dents near the midline between two levels, without those beside a deeper one.
+std::vector<TrunkFront::Dent> TrunkFront::dents(double from, double to) const {
+  constexpr double aside = 24, apart = 20;  // mm
   const auto& g = a_.grid();
   const auto k0 = std::lround((from - g.origin[2]) / a_.step()),
-             k1 = std::lround((to - g.origin[2]) / a_.step());
-  const auto aside = std::lround(24 / a_.step());
-  double best = 2.5;
-  std::int64_t at_i = -1, at_k = -1;
+             k1 = std::lround((to - g.origin[2]) / a_.step()), half = std::lround(aside / a_.step());
+  std::vector<Dent> all, out;
   for (auto k = k0; k <= k1; ++k) {
     const double z = g.origin[2] + a_.step() * static_cast<double>(k);
     const auto mid = std::lround((trunk_.middle(z) - g.origin[0]) / a_.step());
-    for (auto i = mid - aside; i <= mid + aside; ++i)
-      if (const auto here = dent(i, k, 4); here && *here > best) best = *here, at_i = i, at_k = k;
+    for (auto i = mid - half; i <= mid + half; ++i)
+      if (const auto depth = dent(i, k, 4); depth && *depth > shallowest_dent) all.push_back({i, k, *depth});
   }
-  if (at_i < 0) return std::nullopt;
+  std::sort(all.begin(), all.end(), [](const Dent& a, const Dent& b) { return a.depth > b.depth; });
+  for (const Dent& dent : all)
+    if (std::none_of(out.begin(), out.end(), [&](const Dent& deeper) {
+          return std::hypot(dent.i - deeper.i, dent.k - deeper.k) * a_.step() < apart;
+        }))
+      out.push_back(dent);
+  return out;
+}
+
+std::optional<Landmark> TrunkFront::navel(double from, double to, double usual, double spread) const {
+  const auto& g = a_.grid();
+  const auto square = [](double v) { return v * v; };
+  const auto level = [&](const Dent& dent) { return g.origin[2] + a_.step() * static_cast<double>(dent.k); };
+  // Relative probability that a dent is the navel: by its depth, and by its distances from the midline and the
+  // usual level, which are normally distributed. That no dent is the navel has the probability `no_dent`.
+  constexpr double growth = 1, deep = 10, from_midline = 10, no_dent = 1;  // mm
+  const auto chance = [&](const Dent& dent) {
+    const double z = level(dent), x = g.origin[0] + a_.step() * static_cast<double>(dent.i);
+    return std::exp((std::min(dent.depth, deep) - shallowest_dent) / growth -
+                    0.5 * square((z - usual) / spread) - 0.5 * square((x - trunk_.middle(z)) / from_midline));
+  };
+  const std::vector<Dent> all = dents(from, to);
+  const auto best = std::max_element(all.begin(), all.end(),
+                                     [&](const Dent& a, const Dent& b) { return chance(a) < chance(b); });
+  if (best == all.end() || chance(*best) < no_dent) return std::nullopt;
+  double sum = no_dent, squares = no_dent * (square(spread) + square(usual - level(*best)));
+  for (const Dent& dent : all)
+    sum += chance(dent), squares += chance(dent) * square(level(dent) - level(*best));
   // centroid of the dent, weighted by depth
   const auto half = std::lround(15 / a_.step());
-  Vector3d sum = Vector3d::Zero();
+  Vector3d middle = Vector3d::Zero();
   double weight = 0;
   bool all_shows = true;
-  for (auto k = at_k - half; k <= at_k + half; ++k)
-    for (auto i = at_i - half; i <= at_i + half; ++i) {
+  for (auto k = best->k - half; k <= best->k + half; ++k)
+    for (auto i = best->i - half; i <= best->i + half; ++i) {
       const auto here = dent(i, k, 2);
       all_shows = all_shows && here;
-      const double w = here.value_or(0) - 0.25 * best;
+      const double w = here.value_or(0) - 0.25 * best->depth;
       if (w <= 0) continue;
-      sum += w * g.point(Vector3d(static_cast<double>(i), 0, static_cast<double>(k)));
+      middle += w * g.point(Vector3d(static_cast<double>(i), 0, static_cast<double>(k)));
       weight += w;
     }
-  Vector3d navel = sum / weight;
-  navel[1] = skin(at_i, at_k) - best;
-  constexpr double usual = 3, half_hidden = 8;  // mm
-  return Landmark{navel, all_shows ? usual : half_hidden, 0, "skin: the navel's dent"};
+  middle /= weight;
+  middle[1] = skin(best->i, best->k) - 0.75 * best->depth;  // nearly in the skin's plane
+  constexpr double own = 3, half_hidden = 8;                // mm
+  return Landmark{middle, std::sqrt(square(all_shows ? own : half_hidden) + squares / sum), 0,
+                  "skin: the navel's dent"};
 }
 
 }  // namespace borelli

@@ -30,11 +30,12 @@ bool level_seen(const Anatomy& a, double z) {
 struct Sternum {
   Vector3d top, tip;
 };
-std::optional<Sternum> find_sternum(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, double from,
-                                    double to) {
+std::optional<Sternum> find_sternum(const Anatomy& a, const Trunk& trunk, const Limbs& limbs,
+                                    const TrunkFront& trunk_front, double from, double to) {
   const auto& g = a.grid();
-  // per level: the foremost bone within 18 mm of the middle, 55 mm or more in front of the column, and nearer to
-  // the skin than to the column (a vertebra's front is not)
+  // per level: the foremost bone within 18 mm of the middle, 55 mm or more in front of the column, nearer to the
+  // skin than to the column (a vertebra's front is not), and in the chest's wall (contrast in the heart is not)
+  constexpr double wall = 0.3;  // of the distance from the skin to the column
   std::vector<std::optional<Vector3d>> front;
   const auto k0 = std::max<std::int64_t>(0, std::lround((from - g.origin[2]) / a.step()));
   const auto k1 = std::min<std::int64_t>(g.size[2] - 1, std::lround((to - g.origin[2]) / a.step()));
@@ -42,6 +43,8 @@ std::optional<Sternum> find_sternum(const Anatomy& a, const Trunk& trunk, const 
     std::optional<Vector3d> best;
     const double z = g.origin[2] + a.step() * static_cast<double>(k);
     const Vector3d column = trunk.spine_at(z);
+    const auto skin = trunk_front.skin_at(z);
+    const double end_of_wall = skin ? (1 - wall) * (*skin)[1] + wall * column[1] : column[1];
     const auto mid = std::lround((column[0] - g.origin[0]) / a.step()), half = std::lround(18 / a.step());
     const auto behind = std::lround((column[1] - 55 * trunk.scale - g.origin[1]) / a.step());
     for (std::int64_t j = 0; j < std::min(behind, g.size[1]) && !best; ++j)
@@ -51,19 +54,22 @@ std::optional<Sternum> find_sternum(const Anatomy& a, const Trunk& trunk, const 
           for (auto n = i; n <= std::min(g.size[0] - 1, mid + half); ++n)
             if (a.bone.at(n, j, k) && !limbs.arm_at(n, j, k)) last = n;
           const Vector3d middle = 0.5 * (g.point(i, j, k) + g.point(last, j, k));
-          if (a.depth[g.offset((i + last) / 2, j, k)] < column[1] - middle[1]) best = middle;
+          if (middle[1] < end_of_wall && a.depth[g.offset((i + last) / 2, j, k)] < column[1] - middle[1])
+            best = middle;
           break;
         }
     front.push_back(best);
   }
-  // the longest stretch; short breaks (the joints of the sternum) are allowed
+  // the longest stretch; short breaks (the joints of the sternum) are allowed, but no leap to what lies behind it
+  // (contrast in the heart)
+  constexpr double leap = 22;  // mm, front to back
   std::size_t best_low = 0, best_high = 0, length = 0;
   const auto may_miss = static_cast<std::size_t>(std::lround(12 / a.step()));
   for (std::size_t n = 0; n < front.size(); ++n) {
     if (!front[n]) continue;
     std::size_t high = n, q = n;
     while (q < front.size() && q - high <= may_miss) {
-      if (front[q]) high = q;
+      if (front[q] && std::abs((*front[q])[1] - (*front[high])[1]) < leap) high = q;
       ++q;
     }
     if (high - n + 1 > length) length = high - n + 1, best_low = n, best_high = high;
@@ -178,7 +184,7 @@ std::optional<Landmark> find_vertex(const Anatomy& a, const Limbs& limbs, const 
     // a cut head has a large top section
     if (count * a.step() * a.step() > 5000) return std::nullopt;
     if (vertex[2] < neck[2] + 120 * scale) return std::nullopt;
-    constexpr double usual = 3, beside_an_arm = 10;  // mm
+    constexpr double usual = 8, beside_an_arm = 12;  // mm
     return Landmark{vertex, hidden ? beside_an_arm : usual, 0, "skin: highest point of the head"};
   }
   return std::nullopt;
@@ -212,8 +218,9 @@ void find_neck(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, Landmar
   if (rib && (!trunk.brain || *rib < z + jaw * trunk.scale)) {
     // the first rib's neck lies beside the upper half of the first thoracic vertebra
     z = *rib + 7 * trunk.scale;
-    neck.deviation = 5, neck.source = "bone: above the first rib";
-    if (const auto disc = disc_near(a, trunk, z, neck.deviation)) {
+    neck.deviation = 12, neck.source = "bone: above the first rib";
+    constexpr double half_a_body = 5;  // mm: the disc is searched within this standard deviation
+    if (const auto disc = disc_near(a, trunk, z, half_a_body)) {
       z = *disc;
       neck.deviation = std::hypot(2.5, 2 * a.over_fine()), neck.source = "bone: disc above the first rib";
     } else if (const auto hidden = disc_between_slices(a, trunk, z)) {
@@ -283,7 +290,8 @@ void find_trunk_landmarks(const Anatomy& a, const Trunk& trunk, const Limbs& lim
                : "; only its level is known, because the skin is out of view";
   };
   double xiphion = bottom + length * (omphalion_to_hip + xiphion_to_omphalion) / neck_to_hip;
-  if (const auto sternum = find_sternum(a, trunk, limbs, bottom + 0.45 * length, bottom + 1.0 * length)) {
+  if (const auto sternum =
+          find_sternum(a, trunk, limbs, front, bottom + 0.45 * length, bottom + 1.0 * length)) {
     Vector3d tip = sternum->tip - Vector3d(0, 0, 0.5 * a.step());
     if (const auto end = sternum_end(a, tip, trunk.scale)) tip[2] = *end;
     xiphion = tip[2];
@@ -295,14 +303,20 @@ void find_trunk_landmarks(const Anatomy& a, const Trunk& trunk, const Limbs& lim
     if (const auto notch = has_neck ? find_notch(a, trunk, neck->second.point) : std::nullopt)
       marks["suprasternale"] = {*notch, 11, 0,
                                 "bone: highest point in the midline in front of the base of the neck"};
-    const auto skin = front.skin_at(xiphion);
-    if (skin) marks["xiphion"] = {*skin, spread, 0, "proportion: between neck and hips" + hidden(*skin)};
+    constexpr double below_skin = 20;  // mm
+    if (const auto skin = front.skin_at(xiphion))
+      marks["xiphion"] = {*skin + Vector3d(0, below_skin * trunk.scale, 0), spread, 0,
+                          "proportion: between neck and hips" + hidden(*skin)};
   }
-  double omphalion =
+  const double omphalion =
       bottom + (xiphion - bottom) * omphalion_to_hip / (omphalion_to_hip + xiphion_to_omphalion);
-  if (const auto navel =
-          front.navel(bottom + 0.25 * (xiphion - bottom), bottom + 0.62 * (xiphion - bottom))) {
-    omphalion = navel->point[2];
+  // standard deviations of the usual level, mm: navels of adults differ, hips out of view are placed by proportion
+  constexpr double navels_differ = 25, unseen_hips = 50;
+  const double of_xiphion = marks.contains("xiphion") ? marks["xiphion"].deviation : spread;
+  const double usual_spread =
+      std::hypot(navels_differ * trunk.scale, 0.4 * of_xiphion, hips ? 0 : unseen_hips);
+  if (const auto navel = front.navel(bottom + 0.25 * (xiphion - bottom), bottom + 0.62 * (xiphion - bottom),
+                                     omphalion, usual_spread)) {
     marks["omphalion"] = *navel;
   } else if (level_seen(a, omphalion)) {
     const auto skin = front.skin_at(omphalion);

@@ -16,11 +16,12 @@ double median(std::vector<double> values) {
 }
 
 // Approximate centre of the vertebral body at a level. Voxels are weighted by the cubed depth within bone, so
-// that the thinner arch behind weighs little.
+// that the thinner arch behind weighs little, and by their distance from the spine, so that ilium and ribs do.
 Vector3d near_vertebral_body(const Anatomy& a, const Trunk& trunk, double z) {
   const auto& g = a.grid();
-  Vector3d centre = trunk.spine_at(z);
-  constexpr double reach = 24, half = 12, width = 8;
+  const Vector3d spine = trunk.spine_at(z);
+  Vector3d centre = spine;
+  constexpr double reach = 24, half = 12, width = 8, off_spine = 16;  // mm
   for (int round = 0; round < 20; ++round) {
     const Vector3d low = g.index(centre - Vector3d(reach, reach, half)),
                    high = g.index(centre + Vector3d(reach, reach, half));
@@ -31,8 +32,9 @@ Vector3d near_vertebral_body(const Anatomy& a, const Trunk& trunk, double z) {
         for (auto i = std::lround(low[0]); i <= std::lround(high[0]); ++i) {
           if (!g.holds(i, j, k) || a.within_bone.at(i, j, k) <= 0) continue;
           const Vector3d p = g.point(i, j, k);
-          const double away = (p - centre).head<2>().squaredNorm();
-          const double w = std::pow(a.within_bone.at(i, j, k), 3) * std::exp(-away / (2 * width * width));
+          const double away = (p - centre).head<2>().squaredNorm() / (width * width) +
+                              (p - spine).head<2>().squaredNorm() / (off_spine * off_spine);
+          const double w = std::pow(a.within_bone.at(i, j, k), 3) * std::exp(-0.5 * away);
           sum += w * p;
           weight += w;
         }
@@ -78,7 +80,7 @@ Vector3d vertebral_body(const Anatomy& a, const Trunk& trunk, double z, bool nec
       for (double dz = 4; dz <= 16; dz += 1.5) {
         const Vector3d p = middle + Vector3d(0, 0, sign * dz);
         const auto face = [&](const Vector3d& direction) {
-          const auto falls = falls_along(view, p, direction, 1, 30);
+          const auto falls = falls_along(view, p, direction, 1, 40);
           return falls.empty() ? 0 : falls.front();
         };
         const double front = face(-Vector3d::UnitY()), back = face(Vector3d::UnitY()),

@@ -449,6 +449,22 @@ void add_rootless_limbs(const Anatomy& a, const Trunk& trunk, Volume<std::uint8_
 void doubt_forest_parts(const ForestParts& forest, Segmentation& out) {
   for (std::size_t label = 1; label < parts.size(); ++label)
     out.part[label].confidence = std::min(out.part[label].confidence, forest.confidence[label]);
+  // a trunk part that the scan cuts may go on into its neighbour, if no border to it was found
+  constexpr double unsure = 0.4;
+  for (const Part& part : parts) {
+    const auto own = static_cast<std::size_t>(part_label(part.name)),
+               parent = static_cast<std::size_t>(part_label(part.parent));
+    if (part.joint.empty() || out.landmarks.contains(bound_of(part.joint, out.convention))) continue;
+    for (const auto& [holder, other] : {std::pair(own, parent), std::pair(parent, own)}) {
+      PartFinding& finding = out.part[holder];
+      if (!is_axial(static_cast<int>(holder)) || finding.coverage != Coverage::cut ||
+          out.part[other].volume > 0 || out.absent[other])
+        continue;
+      finding.confidence = std::min(finding.confidence, unsure);
+      finding.note += (finding.note.empty() ? "" : "; ") + std::string("may include flesh of the ") +
+                      in_words(parts[other].name);
+    }
+  }
   out.warnings.push_back(
       {WarningKind::body, Severity::doubt,
        "the scan shows neither both hips nor both shoulders, so a trained classifier named "

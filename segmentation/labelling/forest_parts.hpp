@@ -39,7 +39,8 @@ bool hips_near_crests(const Anatomy& anatomy, const Trunk& trunk);
 void add_rootless_limbs(const Anatomy& anatomy, const Trunk& trunk, Volume<std::uint8_t>& bones,
                         Landmarks& landmarks);
 
-/// Lowers the confidence of the parts to the forest's own, and says where they come from.
+/// Lowers the confidence of the parts to the forest's own, and says where they come from. Doubts trunk parts that the
+/// scan cuts without a border to the next part.
 void doubt_forest_parts(const ForestParts& forest, Segmentation& out);
 
 }  // namespace borelli

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <utility>
 
@@ -43,13 +44,10 @@ Counts volumes_of(const Proposal& proposal, const LabelMap& labels) {
 // deviation of 1 (chi distribution, 3 degrees of freedom)
 constexpr double by_chance = 3.37;
 
-void doubt_joint(const std::string& name, const Eigen::Vector3d& proposed, double deviation,
-                 Landmarks& landmarks) {
-  const auto found = landmarks.find(name);
-  if (found == landmarks.end() || deviation <= 0) return;
-  const double off = (found->second.point - proposed).norm();
-  if (off > by_chance * std::hypot(deviation, found->second.deviation))
-    found->second.deviation = std::max(found->second.deviation, off / 2);
+// `off`: distance between the found and the proposed joint, mm
+void doubt_joint(double off, double deviation, Landmark& found) {
+  if (off > by_chance * std::hypot(deviation, found.deviation))
+    found.deviation = std::max(found.deviation, off / 2);
 }
 
 // index into body_limbs of the limb that the proposal is sure of at a point; 0: none
@@ -79,15 +77,24 @@ void doubt_joints_by_proposal(const Anatomy& a, const AbsentParts& absent, Landm
   std::array<bool, body_limbs.size()> lacks{};
   for (std::size_t part = 1; part < parts.size(); ++part)
     if (absent[part]) lacks[limb_of_part(static_cast<int>(part))] = true;
-  for (const ProposedJoint& joint : a.proposal->joints)
-    if (!lacks[limb_of(joint.region, joint.side)])
-      doubt_joint(joint.name, joint.point, joint.deviation, landmarks);
+  // a limb may be in several pieces; the nearest one counts
+  std::map<std::string, std::pair<double, double>> nearest;  // distance and deviation of a proposed joint
+  for (const ProposedJoint& joint : a.proposal->joints) {
+    const auto found = landmarks.find(joint.name);
+    if (found == landmarks.end() || joint.deviation <= 0 || lacks[limb_of(joint.region, joint.side)])
+      continue;
+    const std::pair off((found->second.point - joint.point).norm(), joint.deviation);
+    const auto [at, first] = nearest.try_emplace(joint.name, off);
+    if (!first) at->second = std::min(at->second, off);
+  }
+  for (const auto& [name, off] : nearest) doubt_joint(off.first, off.second, landmarks.at(name));
   // (no shoulders: the root of an arm that lies on the trunk may be misplaced)
   const LimbRoots legs(a, BodyRegion::leg);
   for (const int side : {left_side, right_side})
-    if (legs.sure())
-      doubt_joint(std::string("hip") + side_suffix(side), *legs.joint[static_cast<std::size_t>(side)],
-                  root_deviation, landmarks);
+    if (const auto hip = landmarks.find(std::string("hip") + side_suffix(side));
+        hip != landmarks.end() && legs.sure(side))
+      doubt_joint((hip->second.point - *legs.joint[static_cast<std::size_t>(side)]).norm(), root_deviation,
+                  hip->second);
 }
 
 double contradicted_share(const Proposal& proposal, const LabelMap& labels) {

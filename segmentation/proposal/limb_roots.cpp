@@ -36,9 +36,10 @@ LimbRoots::LimbRoots(const Anatomy& a, BodyRegion limb) {
   }
 }
 
-bool LimbRoots::sure() const {
+bool LimbRoots::sure(int side) const {
   constexpr double least = 0.65;
-  return joint[0] && joint[1] && confidence[0] >= least && confidence[1] >= least;
+  const auto n = static_cast<std::size_t>(side);
+  return joint[n] && confidence[n] >= least;
 }
 
 double LimbRoots::likelihood(const Vector3d& left, const Vector3d& right) const {

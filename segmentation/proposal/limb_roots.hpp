@@ -24,8 +24,9 @@ struct LimbRoots {
   std::array<std::optional<Eigen::Vector3d>, 2> joint;
   std::array<double, 2> confidence{0, 0};  ///< of the limbs' pieces
 
-  /// True if both are known and the forest is sure of both limbs.
-  bool sure() const;
+  /// True if the side's root is known and the forest is sure of the limb.
+  bool sure(int side) const;
+  bool sure() const { return sure(0) && sure(1); }
   /// Likelihood of a pair of head centres (LPS, mm), 0 to 1; 1 if nothing is known.
   double likelihood(const Eigen::Vector3d& left, const Eigen::Vector3d& right) const;
 };
