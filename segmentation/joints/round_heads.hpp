@@ -18,12 +18,8 @@ inline double agreement(const Anatomy& anatomy, const FoundSphere& ball) {
   return ball.score * std::exp(-std::pow(ball.deviation / scatter, 2));
 }
 
-/// Likelihood of a head's radius (mm), 0 to 1: heads of adults have 19 to 29 mm; larger spheres may be their
-/// sockets' outer surfaces, which have the same centre.
-inline double head_size(double radius) {
-  const double width = radius < 25 ? 7 : 12;
-  return std::exp(-std::pow((radius - 25) / width, 2));
-}
+/// Likelihood of a head's radius (mm), 0 to 1: heads of adults have 19 to 29 mm.
+inline double head_size(double radius) { return std::exp(-std::pow((radius - 25) / 7, 2)); }
 
 class RoundHeads {
  public:

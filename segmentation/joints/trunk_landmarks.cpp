@@ -30,12 +30,11 @@ bool level_seen(const Anatomy& a, double z) {
 struct Sternum {
   Vector3d top, tip;
 };
-std::optional<Sternum> find_sternum(const Anatomy& a, const Trunk& trunk, const Limbs& limbs,
-                                    const TrunkFront& trunk_front, double from, double to) {
+std::optional<Sternum> find_sternum(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, double from,
+                                    double to) {
   const auto& g = a.grid();
-  // per level: the foremost bone within 18 mm of the middle, 55 mm or more in front of the column, nearer to the
-  // skin than to the column (a vertebra's front is not), and in the chest's wall (contrast in the heart is not)
-  constexpr double wall = 0.3;  // of the distance from the skin to the column
+  // per level: the foremost bone within 18 mm of the middle, 55 mm or more in front of the column, and nearer to
+  // the skin than to the column (a vertebra's front is not)
   std::vector<std::optional<Vector3d>> front;
   const auto k0 = std::max<std::int64_t>(0, std::lround((from - g.origin[2]) / a.step()));
   const auto k1 = std::min<std::int64_t>(g.size[2] - 1, std::lround((to - g.origin[2]) / a.step()));
@@ -43,8 +42,6 @@ std::optional<Sternum> find_sternum(const Anatomy& a, const Trunk& trunk, const 
     std::optional<Vector3d> best;
     const double z = g.origin[2] + a.step() * static_cast<double>(k);
     const Vector3d column = trunk.spine_at(z);
-    const auto skin = trunk_front.skin_at(z);
-    const double end_of_wall = skin ? (1 - wall) * (*skin)[1] + wall * column[1] : column[1];
     const auto mid = std::lround((column[0] - g.origin[0]) / a.step()), half = std::lround(18 / a.step());
     const auto behind = std::lround((column[1] - 55 * trunk.scale - g.origin[1]) / a.step());
     for (std::int64_t j = 0; j < std::min(behind, g.size[1]) && !best; ++j)
@@ -54,8 +51,7 @@ std::optional<Sternum> find_sternum(const Anatomy& a, const Trunk& trunk, const 
           for (auto n = i; n <= std::min(g.size[0] - 1, mid + half); ++n)
             if (a.bone.at(n, j, k) && !limbs.arm_at(n, j, k)) last = n;
           const Vector3d middle = 0.5 * (g.point(i, j, k) + g.point(last, j, k));
-          if (middle[1] < end_of_wall && a.depth[g.offset((i + last) / 2, j, k)] < column[1] - middle[1])
-            best = middle;
+          if (a.depth[g.offset((i + last) / 2, j, k)] < column[1] - middle[1]) best = middle;
           break;
         }
     front.push_back(best);
@@ -184,7 +180,7 @@ std::optional<Landmark> find_vertex(const Anatomy& a, const Limbs& limbs, const 
     // a cut head has a large top section
     if (count * a.step() * a.step() > 5000) return std::nullopt;
     if (vertex[2] < neck[2] + 120 * scale) return std::nullopt;
-    constexpr double usual = 8, beside_an_arm = 12;  // mm
+    constexpr double usual = 8, beside_an_arm = 10;  // mm
     return Landmark{vertex, hidden ? beside_an_arm : usual, 0, "skin: highest point of the head"};
   }
   return std::nullopt;
@@ -290,8 +286,7 @@ void find_trunk_landmarks(const Anatomy& a, const Trunk& trunk, const Limbs& lim
                : "; only its level is known, because the skin is out of view";
   };
   double xiphion = bottom + length * (omphalion_to_hip + xiphion_to_omphalion) / neck_to_hip;
-  if (const auto sternum =
-          find_sternum(a, trunk, limbs, front, bottom + 0.45 * length, bottom + 1.0 * length)) {
+  if (const auto sternum = find_sternum(a, trunk, limbs, bottom + 0.45 * length, bottom + 1.0 * length)) {
     Vector3d tip = sternum->tip - Vector3d(0, 0, 0.5 * a.step());
     if (const auto end = sternum_end(a, tip, trunk.scale)) tip[2] = *end;
     xiphion = tip[2];
