@@ -41,7 +41,7 @@ std::vector<WristPlace> wrist_places(const LimbPath& path, const Eigen::Vector3d
 inline constexpr double hand_share = 0.40, hand_share_varies = 0.025;
 
 /// Where that share puts the wrist on an arm's path (mm, LPS), and the length of forearm and hand along the bones.
-/// Empty if the path ends near the elbow.
+/// Empty if less than 200 mm of path lie beyond the elbow.
 struct UsualWrist {
   Eigen::Vector3d point;
   double length = 0;

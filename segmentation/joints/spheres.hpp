@@ -16,7 +16,7 @@ struct FoundSphere {
   double radius = 0;                                 ///< mm
   double score = 0;      ///< fraction of directions whose edge agrees, less those where bone ends earlier
   double deviation = 0;  ///< rms distance of the agreeing edges from the sphere, mm
-  double rival = 0;      ///< standard deviation because another place is nearly as likely, mm
+  double rival = 0;      ///< standard deviation from the next likely place of the head, mm; 0: none
   bool cut = false;      ///< the scan's end cuts the head or the anatomy that confirms it
 };
 

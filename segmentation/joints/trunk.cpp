@@ -53,7 +53,7 @@ using Balls = std::vector<FoundSphere>;
 // The likeliest pair among the spheres of two sides (heads, their sockets' surfaces, tubers, trochanters):
 // good agreement, equal radii of a head's size (19 to 29 mm in adults), and distance, level and place as
 // `fits` requires. holds(l, r) tests the spheres themselves.
-// If `other_than` has a score, pairs within `one_place` of it on both sides are left out.
+// Skips pairs whose two spheres both lie within `one_place` of those of `other_than`, unless that is empty.
 constexpr double one_place = 12;  // mm
 template <class Fits, class Holds>
 Pair likeliest(const Anatomy& a, const LimbRoots& roots, const Balls& left, const Balls& right, Spacing apart,
@@ -135,7 +135,7 @@ std::optional<Pair> find_heads(const Anatomy& a, const LimbRoots& roots, RoundHe
   search_beside(
       {-Vector3d::UnitX(), Vector3d::UnitY(), -Vector3d::UnitY(), Vector3d::UnitZ(), -Vector3d::UnitZ()});
   if (best.score > 0) {
-    // how far off the heads are if the next likely place is the true one, with that place's probability
+    // The next likely place may be the true one. The power is a guess: scores are no probabilities.
     const Pair rival = likeliest(a, roots, sides[0].balls, sides[1].balls, apart, level, fits, holds, best);
     const double odds = std::pow(rival.score / best.score, 4), share = std::sqrt(odds / (1 + odds) / 3);
     best.left.rival = share * (rival.left.centre - best.left.centre).norm();

@@ -56,9 +56,9 @@ std::optional<Sternum> find_sternum(const Anatomy& a, const Trunk& trunk, const 
         }
     front.push_back(best);
   }
-  // the longest stretch; short breaks (the joints of the sternum) are allowed, but no leap to what lies behind it
-  // (contrast in the heart)
-  constexpr double leap = 22;  // mm, front to back
+  // The sternum is the longest stretch. It may have short breaks, at its joints. A larger step front to back leads
+  // to another structure, such as contrast in the heart.
+  constexpr double leap = 22;  // mm
   std::size_t best_low = 0, best_high = 0, length = 0;
   const auto may_miss = static_cast<std::size_t>(std::lround(12 / a.step()));
   for (std::size_t n = 0; n < front.size(); ++n) {

@@ -449,7 +449,7 @@ void add_rootless_limbs(const Anatomy& a, const Trunk& trunk, Volume<std::uint8_
 void doubt_forest_parts(const ForestParts& forest, Segmentation& out) {
   for (std::size_t label = 1; label < parts.size(); ++label)
     out.part[label].confidence = std::min(out.part[label].confidence, forest.confidence[label]);
-  // a trunk part that the scan cuts may go on into its neighbour, if no border to it was found
+  // Without a border between them, a trunk part that the scan cuts may hold flesh of its neighbour.
   constexpr double unsure = 0.4;
   for (const Part& part : parts) {
     const auto own = static_cast<std::size_t>(part_label(part.name)),

@@ -44,7 +44,7 @@ Counts volumes_of(const Proposal& proposal, const LabelMap& labels) {
 // deviation of 1 (chi distribution, 3 degrees of freedom)
 constexpr double by_chance = 3.37;
 
-// `off`: distance between the found and the proposed joint, mm
+// Raises the deviation of a joint that lies `off` mm from the proposed one, if chance does not explain that.
 void doubt_joint(double off, double deviation, Landmark& found) {
   if (off > by_chance * std::hypot(deviation, found.deviation))
     found.deviation = std::max(found.deviation, off / 2);
@@ -77,8 +77,8 @@ void doubt_joints_by_proposal(const Anatomy& a, const AbsentParts& absent, Landm
   std::array<bool, body_limbs.size()> lacks{};
   for (std::size_t part = 1; part < parts.size(); ++part)
     if (absent[part]) lacks[limb_of_part(static_cast<int>(part))] = true;
-  // a limb may be in several pieces; the nearest one counts
-  std::map<std::string, std::pair<double, double>> nearest;  // distance and deviation of a proposed joint
+  // If several pieces were taken for one limb, the proposed joint nearest to the found one counts.
+  std::map<std::string, std::pair<double, double>> nearest;  // by name: its distance and its deviation, mm
   for (const ProposedJoint& joint : a.proposal->joints) {
     const auto found = landmarks.find(joint.name);
     if (found == landmarks.end() || joint.deviation <= 0 || lacks[limb_of(joint.region, joint.side)])

@@ -11,10 +11,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double navel_level = 200, fold_level = 145;  // mm
+constexpr double navel_level = 200, fold_level = 145;  // mm above the grid's bottom
 
-// An elliptic trunk. `pit`: depth (mm) of a narrow pit in the middle of its front; `fold`: of a wide crease below it
-// on the left.
+// An elliptic trunk with a navel (depth `pit`, mm) in the middle of its front, and a wide fold (depth `fold`, mm) below
+// it on the left.
 struct Belly {
   Anatomy anatomy;
   Trunk trunk;
@@ -32,6 +32,7 @@ struct Belly {
         for (std::int64_t i = 0; i < g.size[0]; ++i) {
           const Vector3d p = g.point(i, j, k);
           const double aside = p[0] / 160, round = std::sqrt(std::max(0.0, 1 - aside * aside));
+          // distances from pit and fold, in their own half widths
           const double from_pit = std::hypot(p[0], p[2] - navel_level) / 8,
                        from_fold =
                            std::hypot(std::max(0.0, std::abs(p[0] - 30) - 40) / 15, (p[2] - fold_level) / 18);
@@ -51,7 +52,7 @@ struct Belly {
   }
 };
 
-TEST(TrunkFront, NavelIsTheNarrowDentNotTheDeeperFold) {
+TEST(TrunkFront, PrefersNarrowNavelToDeeperFold) {
   const auto navel = Belly(9, 14).navel(navel_level - 20);
   ASSERT_TRUE(navel);
   EXPECT_LT(std::hypot(navel->point[0], navel->point[2] - navel_level), 3);
@@ -59,19 +60,14 @@ TEST(TrunkFront, NavelIsTheNarrowDentNotTheDeeperFold) {
   EXPECT_LT(navel->deviation, 6);
 }
 
-TEST(TrunkFront, ShallowDentIsUncertain) {
+TEST(TrunkFront, ShallowNavelHasLargerDeviation) {
   const auto deep = Belly(9, 0).navel(navel_level - 20), shallow = Belly(5, 0).navel(navel_level - 20);
   ASSERT_TRUE(deep);
   ASSERT_TRUE(shallow);
   EXPECT_GT(shallow->deviation, 2 * deep->deviation);
 }
 
-TEST(TrunkFront, FoldFarFromTheUsualLevelIsNoNavel) {
-  const auto navel = Belly(0, 14).navel(navel_level);
-  if (navel) {
-    EXPECT_GT(2 * navel->deviation, navel_level - fold_level);
-  }
-}
+TEST(TrunkFront, FindsNoNavelInAFoldAlone) { EXPECT_FALSE(Belly(0, 14).navel(navel_level)); }
 
 }  // namespace
 }  // namespace borelli

@@ -10,7 +10,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// A column that leans to the left, a slender sacrum below it, and iliac wings of thicker bone that diverge beside its lower end.
+// A column leans to the left above a slender sacrum. Thicker iliac wings lie beside the sacrum and diverge upwards.
 TEST(Trunk, SpineStaysBetweenTheIliacWings) {
   constexpr double step = 3, leaning = 0.3, wings_end = 110;
   Anatomy a;
