@@ -32,12 +32,16 @@ HeaderLine header_line(std::string_view line) {
   return {lower_case(line.substr(0, end)), value == line.npos ? "" : trimmed(line.substr(value))};
 }
 
-// A title without control characters and blanks around it.
+// A title without control characters, blanks around it, and byte-order marks before it: at the start of a
+// file, readers drop these.
 std::string plain_title(std::string_view title) {
+  constexpr std::string_view mark = "\xEF\xBB\xBF";
   std::string line(title);
   std::ranges::replace_if(
       line, [](unsigned char c) { return c < ' '; }, ' ');
-  return std::string(trimmed(line));
+  std::string_view rest = trimmed(line);
+  while (rest.starts_with(mark)) rest = trimmed(rest.substr(mark.size()));
+  return std::string(rest);
 }
 
 bool is_header_key(const std::string& key) {

@@ -81,6 +81,15 @@ TEST(MotionTableFile, EveryNumberRoundTrips) {
   EXPECT_EQ(motion_table_text(again, "out.mot").value(), *text);
 }
 
+// A title at the start of a file must not begin with a byte-order mark, which readers drop.
+TEST(MotionTableFile, TitleLosesByteOrderMarks) {
+  const MotionTable table = table_in("\x05\xEF\xBB\xBF gait\nrange 0 1\nendheader\ntime hip\n0 1\n", "a.mot");
+  EXPECT_EQ(table.name, "gait");
+  const auto text = motion_table_text(table, "a.mot");
+  ASSERT_TRUE(text) << text.error().message();
+  EXPECT_EQ(table_in(*text, "a.mot").name, "gait");
+}
+
 TEST(MotionTableFile, WritesOpenSimsHeader) {
   MotionTable table;
   table.name = "Coordinates", table.columns = {"hip"}, table.times = {0, 0.5}, table.in_degrees = true;
