@@ -36,7 +36,7 @@ void doubt_what_is_air(const LabelsInAir& air, Segmentation& found) {
     const auto label = static_cast<std::size_t>(part_label(name));
     if (label == 0) continue;
     PartFinding& part = found.part[label];
-    part.note += (part.note.empty() ? "" : "; ") + doubt.doubt;
+    part.say(doubt.doubt);
     if (doubt.completeness != Completeness::cut) continue;
     part.coverage = Coverage::cut, part.confidence = 0;
   }

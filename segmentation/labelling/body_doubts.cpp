@@ -20,10 +20,6 @@ namespace {
 // 2.5 times an adult's share.
 constexpr double thinnest = 12, heaviest = 60, share_varies = 2, childs_head = 2.5;
 
-void add_note(PartFinding& finding, const std::string& text) {
-  finding.note += (finding.note.empty() ? "" : "; ") + text;
-}
-
 /// The first clause of a note without its figures in parentheses. Skips the clause of a stump, which is not a
 /// doubt.
 std::string brief(const std::string& note) {
@@ -104,10 +100,9 @@ void doubt_impossible_volumes(Segmentation& out) {
     std::string side_less = in_words(name.substr(0, std::min(name.find("_left"), name.find("_right"))));
     const std::string article = std::string("aeiou").find(side_less[0]) == std::string::npos ? "a " : "an ";
     if (litres > of_heaviest) {
-      finding.confidence = std::min(finding.confidence, 0.1);
-      add_note(finding, fmt::format("{:.3g} l is impossible for {}{} ({:.2g} l in a man of 250 kg): check "
-                                    "that the air around the body is -1000 HU",
-                                    litres, article, side_less, of_heaviest));
+      finding.doubt(0.1, fmt::format("{:.3g} l is impossible for {}{} ({:.2g} l in a man of 250 kg): check "
+                                     "that the air around the body is -1000 HU",
+                                     litres, article, side_less, of_heaviest));
       continue;
     }
     if (!stature || finding.coverage != Coverage::whole) continue;
@@ -116,9 +111,8 @@ void doubt_impossible_volumes(Segmentation& out) {
                  most =
                      share_of_mass(name) * (name == "head" ? childs_head : share_varies) * heaviest * square;
     if (litres >= least && litres <= most) continue;
-    finding.confidence = std::min(finding.confidence, 0.1);
-    add_note(finding,
-             fmt::format("{:.3g} l is impossible for {}{} ({:.2g} to {:.2g} l in bodies of {:.2f} m)", litres,
+    finding.doubt(
+        0.1, fmt::format("{:.3g} l is impossible for {}{} ({:.2g} to {:.2g} l in bodies of {:.2f} m)", litres,
                          article, side_less, least, most, 1e-3 * *stature));
   }
 }

@@ -460,9 +460,7 @@ void doubt_forest_parts(const ForestParts& forest, Segmentation& out) {
       if (!is_axial(static_cast<int>(holder)) || finding.coverage != Coverage::cut ||
           out.part[other].volume > 0 || out.absent[other])
         continue;
-      finding.confidence = std::min(finding.confidence, unsure);
-      finding.note += (finding.note.empty() ? "" : "; ") + std::string("may include flesh of the ") +
-                      in_words(parts[other].name);
+      finding.doubt(unsure, std::string("may include flesh of the ") + in_words(parts[other].name));
     }
   }
   out.warnings.push_back(

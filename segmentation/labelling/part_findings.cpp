@@ -109,29 +109,24 @@ void judge(const Anatomy& a, const Contact& contact, const PartPlanes& planes, c
         }
         const std::size_t said = finding.note.size();
         if (it->second.source.starts_with("proportion"))
-          finding.note +=
-              (finding.note.empty() ? "" : "; ") + in_words(spine ? bound : joint) + " placed by proportion";
+          finding.say(in_words(spine ? bound : joint) + " placed by proportion");
         if (it->second.source.ends_with(unlike_other_side))
-          finding.note += (finding.note.empty() ? "" : "; ") +
-                          (bound.starts_with("asis")
-                               ? "the iliac spines that define its cut are not mirror images of each other"
-                               : in_words(bound) + " does not match the other side's");
+          finding.say(bound.starts_with("asis")
+                          ? "the iliac spines that define its cut are not mirror images of each other"
+                          : in_words(bound) + " does not match the other side's");
         if (it->second.source.ends_with(unlike_body))
-          finding.note +=
-              (finding.note.empty() ? "" : "; ") + in_words(bound) + " does not fit the body's size";
+          finding.say(in_words(bound) + " does not fit the body's size");
         if (const auto own = out.landmarks.find(joint);
             own != out.landmarks.end() && own->second.source.starts_with("regression"))
-          finding.note += (finding.note.empty() ? "" : "; ") + in_words(joint) + " placed by regression";
+          finding.say(in_words(joint) + " placed by regression");
         if (finding.note.size() == said && std::exp(-deviation / 30) < least_confidence)
-          finding.note += (finding.note.empty() ? "" : "; ") +
-                          fmt::format("{} may lie {:.0f} mm off", in_words(bound), deviation);
+          finding.say(fmt::format("{} may lie {:.0f} mm off", in_words(bound), deviation));
         // the forearm's direction beyond an elbow out of view is unknown
         if (joint.starts_with("elbow") && it->second.source.starts_with("proportion"))
           finding.confidence = std::min(finding.confidence, 0.4);
       } else if (finding.coverage == Coverage::whole || count[neighbour] > 0) {
-        finding.confidence = std::min(finding.confidence, finding.coverage == Coverage::whole ? 0.2 : 0.4);
-        finding.note +=
-            (finding.note.empty() ? "" : "; ") + std::string("no cut plane at the ") + in_words(joint);
+        finding.doubt(finding.coverage == Coverage::whole ? 0.2 : 0.4,
+                      std::string("no cut plane at the ") + in_words(joint));
       }
     }
   }
@@ -269,10 +264,8 @@ void doubt_what_touches(const std::array<double, parts.size()>& area, Segmentati
   for (std::size_t n = 1; n < parts.size(); ++n) {
     PartFinding& finding = out.part[n];
     if (finding.volume == 0 || area[n] < much * std::pow(finding.volume, 2.0 / 3)) continue;
-    finding.confidence = std::min(finding.confidence, 0.4);
-    finding.note +=
-        (finding.note.empty() ? "" : "; ") +
-        fmt::format("nothing shows its boundary where it touches other parts ({:.0f} cm2)", area[n] * 1e-2);
+    finding.doubt(0.4, fmt::format("nothing shows its boundary where it touches other parts ({:.0f} cm2)",
+                                   area[n] * 1e-2));
   }
 }
 
@@ -332,10 +325,8 @@ void doubt_hands_that_meet(Segmentation& out) {
     return;
   for (PartFinding* hand : {&larger, &smaller}) {
     hand->coverage = Coverage::cut;
-    hand->confidence = std::min(hand->confidence, 0.1);
-    hand->note += (hand->note.empty() ? "" : "; ") +
-                  std::string(hand == &larger ? "may include" : "may lack") +
-                  " part of a hand: the bones of the arms touch, and the hands differ in volume";
+    hand->doubt(0.1, std::string(hand == &larger ? "may include" : "may lack") +
+                         " part of a hand: the bones of the arms touch, and the hands differ in volume");
   }
   forget_cut_ends(out);
 }
@@ -380,9 +371,7 @@ void doubt_what_holds_arms(const Anatomy& a, const Volume<std::uint8_t>& owner, 
     const bool by_hands = parts[n].name.starts_with("thigh") && lowest < hips + at_thighs;
     if (finding.volume == 0 || (beside[n] < share * finding.volume && !by_hands)) continue;
     finding.coverage = Coverage::cut;
-    finding.confidence = std::min(finding.confidence, 0.2);
-    finding.note += (finding.note.empty() ? "" : "; ") +
-                    std::string("may include flesh of the arms, whose shoulders are not in view");
+    finding.doubt(0.2, "may include flesh of the arms, whose shoulders are not in view");
   }
 }
 
@@ -406,21 +395,16 @@ void doubt_thighs_above_crotch(const Anatomy& a, const Volume<std::uint8_t>& own
       here[1] = here[1] || owner.voxels[first + o] == right;
     }
   if (std::none_of(holds.begin(), holds.end(), [](const auto& both) { return both[0] && both[1]; })) return;
-  for (const int label : {left, right}) {
-    PartFinding& thigh = out.part[static_cast<std::size_t>(label)];
-    thigh.confidence = std::min(thigh.confidence, 0.4);
-    thigh.note += (thigh.note.empty() ? "" : "; ") +
-                  std::string("may include flesh of the lower trunk, whose hips are not in view");
-  }
+  for (const int label : {left, right})
+    out.part[static_cast<std::size_t>(label)].doubt(
+        0.4, "may include flesh of the lower trunk, whose hips are not in view");
 }
 
 void doubt_trunk_without_shoulders(Segmentation& out) {
   PartFinding& trunk = out.part[static_cast<std::size_t>(part_label("upper_trunk"))];
   if (trunk.volume == 0) return;
   trunk.coverage = Coverage::cut;
-  trunk.confidence = std::min(trunk.confidence, 0.2);
-  trunk.note +=
-      (trunk.note.empty() ? "" : "; ") + std::string("includes the visible part of the shoulders and arms");
+  trunk.doubt(0.2, "includes the visible part of the shoulders and arms");
 }
 
 void doubt_trunk_without_hips(const Anatomy& a, const Volume<std::uint8_t>& owner, const PartPlanes& planes,
@@ -436,9 +420,7 @@ void doubt_trunk_without_hips(const Anatomy& a, const Volume<std::uint8_t>& owne
   const auto slice = static_cast<std::ptrdiff_t>(owner.grid.size[0] * owner.grid.size[1]);
   const double low = a.grid().point(Vector3d(0, 0, static_cast<double>(first / slice)))[2];
   if (low > omphalion->second.point[2] - below * scale) return;
-  finding.confidence = std::min(finding.confidence, 0.4);
-  finding.note += (finding.note.empty() ? "" : "; ") +
-                  std::string("may include flesh of the thighs, whose hips are not in view");
+  finding.doubt(0.4, "may include flesh of the thighs, whose hips are not in view");
 }
 
 void warn_of_flesh_without_part(const Anatomy& a, const Volume<std::uint8_t>& owner, Segmentation& out) {

@@ -119,9 +119,8 @@ void doubt_by_proposal(const Proposal& proposal, Segmentation& out) {
       if (limb != own && volumes[part][limb] > volumes[part][most]) most = limb;
     const double foreign = volumes[part][most];
     if (most == 0 || foreign < least_volume || foreign < least_share * finding.volume) continue;
-    finding.confidence = std::min(finding.confidence, contradicted);
-    finding.note += (finding.note.empty() ? "" : "; ") +
-                    fmt::format("{:.2g} l of it look like {}", foreign / 1e6, in_words(body_limbs[most]));
+    finding.doubt(contradicted,
+                  fmt::format("{:.2g} l of it look like {}", foreign / 1e6, in_words(body_limbs[most])));
   }
   for (std::size_t limb = 1; limb < body_limbs.size(); ++limb) {
     double sure = 0, found = 0;

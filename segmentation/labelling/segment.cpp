@@ -253,9 +253,7 @@ std::optional<Segmentation> parts_turned_over(const GreyVolume& volume, const Ei
     PartFinding& finding = out.part[n];
     if (finding.volume == 0 || !(parts[n].name.ends_with("_left") || parts[n].name.ends_with("_right")))
       continue;
-    finding.confidence = std::min(finding.confidence, unsure);
-    finding.note += (finding.note.empty() ? "" : "; ") +
-                    std::string("left or right uncertain: the header contradicts the body");
+    finding.doubt(unsure, "left or right uncertain: the header contradicts the body");
   }
   return out;
 }

@@ -6,6 +6,7 @@
 // (soft_tissue), and the convention's planes (cuts, part_planes), applied to the scan's own voxels.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <functional>
 #include <string>
@@ -44,6 +45,16 @@ struct PartFinding {
   double confidence = 0;
   /// A sentence, or empty. For a cut part, the first clause says why it is cut.
   std::string note;
+
+  /// Adds a clause to the note, unless the note contains it.
+  void say(const std::string& clause) {
+    if (note.find(clause) == std::string::npos) note += (note.empty() ? "" : "; ") + clause;
+  }
+  /// Lowers the confidence to at most `most`, and says why.
+  void doubt(double most, const std::string& why) {
+    confidence = std::min(confidence, most);
+    say(why);
+  }
 };
 
 struct Segmentation {

@@ -65,9 +65,6 @@ void note_stumps(Segmentation& out) {
 }
 
 void note_missing_cuts(const PartPlanes& planes, Segmentation& out) {
-  const auto add = [](std::string& note, const std::string& text) {
-    note += (note.empty() ? "" : "; ") + text;
-  };
   for (std::size_t n = 1; n < parts.size(); ++n) {
     if (out.part[n].coverage != Coverage::whole) continue;
     // the following parts of the limb that no plane separates
@@ -85,14 +82,14 @@ void note_missing_cuts(const PartPlanes& planes, Segmentation& out) {
       if (joint.empty()) joint = bare(parts[m].joint);
       included += (included.empty() ? "" : " and ") + bare(parts[m].name);
       out.part[m].coverage = Coverage::cut;
-      add(out.part[m].note, "included in the " + bare(parts[n].name) + ": no " + joint + " was found");
+      out.part[m].say("included in the " + bare(parts[n].name) + ": no " + joint + " was found");
       last = m;
     }
     if (last == n) continue;
     out.part[n].coverage = Coverage::cut;
     out.part[n].confidence = std::min(out.part[n].confidence, 0.2);
     out.part[n].note.clear();  // replaces "no cut plane at the left knee"
-    add(out.part[n].note, "no " + joint + " was found: this part includes the " + included);
+    out.part[n].say("no " + joint + " was found: this part includes the " + included);
   }
 }
 
@@ -126,12 +123,11 @@ void doubt_unparted_limbs(Segmentation& out) {
               beyond += g.voxel_volume();
           }
       if (beyond < share * finding.volume) continue;
-      finding.confidence = std::min(finding.confidence, 0.2);
-      finding.note += (finding.note.empty() ? "" : "; ") +
-                      (finding.note.starts_with(stump_note)
-                           ? "it is longer than the other side's, which has a " + std::string(limb.to)
-                           : std::string("no ") + limb.to +
-                                 " was found: this part includes the visible part of the " + limb.beyond);
+      const std::string no_joint = std::string("no ") + limb.to + " was found: this part includes the ";
+      if (finding.note.starts_with(stump_note))
+        finding.doubt(0.2, std::string("it is longer than the other side's, which has a ") + limb.to);
+      else if (finding.note.find(no_joint) == std::string::npos)
+        finding.doubt(0.2, no_joint + "visible part of the " + limb.beyond);
     }
 }
 
@@ -147,9 +143,7 @@ void doubt_head_under_arms(const Anatomy& a, const Limbs& limbs, Segmentation& o
       continue;
     const double z = path.points.back()[2];
     if (z > top - below_end || z < shoulder->point[2] + over_shoulder) continue;
-    head.confidence = std::min(head.confidence, 0.2);
-    head.note += (head.note.empty() ? "" : "; ") +
-                 std::string("may include a hand: a raised arm leaves the scan beside it");
+    head.doubt(0.2, "may include a hand: a raised arm leaves the scan beside it");
     if (const auto vertex = out.landmarks.find("vertex"); vertex != out.landmarks.end())
       vertex->second.deviation = std::max(vertex->second.deviation, arm_long);
     return;
