@@ -27,13 +27,13 @@ struct Cuboid {
 };
 
 struct Content {
-  double bone = 0, shown = 0;  // mm^3; share of the box
+  double bone = 0, body = 0, shown = 0;  // mm^3; mm^3; share of the box
 };
 
 Content content_of(const Anatomy& a, const Cuboid& box) {
   const Grid &g = a.grid(), &scan = a.source->grid;
   const Vector3d low = g.index(box.low), high = g.index(box.high);
-  double all = 0, shown = 0, bone = 0;
+  double all = 0, shown = 0, bone = 0, body = 0;
   for (auto k = std::lround(low[2]); k <= std::lround(high[2]); ++k)
     for (auto j = std::lround(low[1]); j <= std::lround(high[1]); ++j)
       for (auto i = std::lround(low[0]); i <= std::lround(high[0]); ++i) {
@@ -41,13 +41,14 @@ Content content_of(const Anatomy& a, const Cuboid& box) {
         if (g.holds(i, j, k)) {
           shown += a.scan.seen.at(i, j, k);
           bone += a.bone.at(i, j, k);
+          body += a.body.at(i, j, k);
         } else {  // the scan also covers air outside the work grid
           const Vector3d at = scan.index(
               g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k))));
           shown += scan.holds(std::lround(at[0]), std::lround(at[1]), std::lround(at[2]));
         }
       }
-  return {bone * g.voxel_volume(), all > 0 ? shown / all : 0};
+  return {bone * g.voxel_volume(), body * g.voxel_volume(), all > 0 ? shown / all : 0};
 }
 
 // True if `own` contains a limb's bone, while its mirror image is in view and contains less than `hardly`
@@ -60,15 +61,40 @@ bool limb_is_gone(const Anatomy& a, const Cuboid& own, double middle, double har
 
 Cuboid cuboid_of(const Vector3d& a, const Vector3d& b) { return {a.cwiseMin(b), a.cwiseMax(b)}; }
 
-// Compares the regions of the two thighs below the hips.
+// Compares the regions of the two thighs below the hips, and those of the trochanters beside the heads: any
+// stump has one. Trochanters of the warped bodies differ by at most a third.
 bool leg_is_gone(const Anatomy& a, const FoundSphere& hip, double middle, int side) {
   constexpr double near_middle = 15, outside = 120, deep = 100, below = 90, far_below = 300;
+  constexpr double near_head = 20, beside = 100, behind = 70, above = 20, lowest = 70;
   const Vector3d c = hip.centre;
-  return limb_is_gone(
-      a,
-      cuboid_of(Vector3d(middle + side_sign(side) * near_middle, c[1] - deep, c[2] - far_below),
-                Vector3d(c[0] + side_sign(side) * outside, c[1] + deep, c[2] - below)),
-      middle, 0.1);
+  const double out = side_sign(side);
+  return limb_is_gone(a,
+                      cuboid_of(Vector3d(middle + out * near_middle, c[1] - deep, c[2] - far_below),
+                                Vector3d(c[0] + out * outside, c[1] + deep, c[2] - below)),
+                      middle, 0.1) ||
+         limb_is_gone(a,
+                      cuboid_of(Vector3d(c[0] + out * near_head, c[1] - behind, c[2] - lowest),
+                                Vector3d(c[0] + out * beside, c[1] + behind, c[2] + above)),
+                      middle, 0.25);
+}
+
+// True if the body beside and below the other head of a pair is much smaller than beside and below that of
+// `side`, at some level. The heads may be false ones, up to 100 mm above the hips: other round bones pass for
+// a missing head and its fellow.
+bool may_lack_other_leg(const Anatomy& a, const std::array<std::optional<FoundSphere>, 2>& pair, int side) {
+  constexpr double near_head = 20, beside = 100, behind = 70, lowest = 150, layer = 50;  // mm
+  constexpr double in_view = 0.5, smaller = 0.35;
+  for (double below = layer; below <= lowest; below += layer) {
+    const auto region = [&](int of) {
+      const Vector3d c = pair[static_cast<std::size_t>(of)]->centre;
+      const double out = side_sign(of);
+      return content_of(a, cuboid_of(Vector3d(c[0] + out * near_head, c[1] - behind, c[2] - below),
+                                     Vector3d(c[0] + out * beside, c[1] + behind, c[2] - below + layer)));
+    };
+    const Content own = region(side), other = region(1 - side);
+    if (std::min(own.shown, other.shown) > in_view && other.body < smaller * own.body) return true;
+  }
+  return false;
 }
 
 // Compares the regions of the two arms below the humeral heads and outside the ribs.
@@ -88,23 +114,41 @@ bool arm_is_gone(const Anatomy& a, const Vector3d& head, double middle, int side
       middle, hardly);
 }
 
+// Why one hip is searched alone.
+enum class Reason {
+  no_pair,        // no pair of hips was found
+  absent_leg,     // the user names the other leg as absent
+  uneven_bodies,  // the body lacks flesh beside one head of a found pair
+};
+
+// The midsagittal plane of a body with this hip, x in mm.
+double middle_beside(const FoundSphere& hip, int side, const Trunk& trunk) {
+  return trunk.shoulder[0] && trunk.shoulder[1] ? middle_x(trunk.shoulder)
+                                                : hip.centre[0] - side_sign(side) * hips_half;
+}
+
 std::optional<FoundSphere> hip_of(int side, const Anatomy& a, const HeadsInBody& body, RoundHeads& candidates,
-                                  const Trunk& trunk) {
+                                  const Trunk& trunk, Reason reason) {
   constexpr double lowest = 330, highest = 650, nearest = 50, farthest = 130, deep = 150;  // mm
-  const bool shoulders = trunk.shoulder[0] && trunk.shoulder[1];
   const double out = side_sign(side);
   return likeliest_head(a, body, candidates, [&](const FoundSphere& ball) {
     if (!body.below_lungs(ball.centre[2])) return false;
-    if (shoulders) {
+    const double middle = middle_beside(ball, side, trunk);
+    if (trunk.shoulder[0] && trunk.shoulder[1]) {
       const Vector3d d = 0.5 * (trunk.shoulder[0]->centre + trunk.shoulder[1]->centre) - ball.centre;
       const double aside = -out * d[0];
       if (d[2] < lowest || d[2] > highest || aside < nearest || aside > farthest || std::abs(d[1]) > deep)
         return false;
-    } else if (const Vector3d other = ball.centre - out * 2 * hips_half * Vector3d::UnitX();
-               !body.near_hips(out > 0 ? ball.centre : other, out > 0 ? other : ball.centre)) {
-      return false;
+    } else {
+      const Vector3d other = mirror_image(ball, middle).centre;
+      const Vector3d &left = out > 0 ? ball.centre : other, &right = out > 0 ? other : ball.centre;
+      if (!(reason == Reason::uneven_bodies ? body.deep_below_lungs(left, right)
+                                            : body.near_hips(left, right)))
+        return false;
     }
-    return body.below_flank(ball.centre) && body.on_femur(ball, side);
+    return (reason == Reason::absent_leg ? body.below_flank(ball.centre)
+                                         : leg_is_gone(a, ball, middle, side)) &&
+           body.on_femur(ball, side);
   });
 }
 
@@ -113,15 +157,18 @@ std::optional<FoundSphere> hip_of(int side, const Anatomy& a, const HeadsInBody&
 void find_lone_hip(const Anatomy& a, const HeadsInBody& body, RoundHeads& candidates, Trunk& trunk) {
   for (const int side : {left_side, right_side}) {
     const auto n = static_cast<std::size_t>(side), other = 1 - n;
-    const bool stated = is_absent(trunk.absent, "thigh", side_suffix(1 - side));
-    if (is_absent(trunk.absent, "thigh", side_suffix(side)) || (trunk.hip[0] && !stated)) continue;
-    const bool shoulders = trunk.shoulder[0] && trunk.shoulder[1];
-    if (!stated && !shoulders) continue;  // a single hip is hard to distinguish from other round bone
-    const auto hip = hip_of(side, a, body, candidates, trunk);
+    if (is_absent(trunk.absent, "thigh", side_suffix(side))) continue;
+    Reason reason = Reason::no_pair;
+    if (is_absent(trunk.absent, "thigh", side_suffix(1 - side)))
+      reason = Reason::absent_leg;
+    else if (trunk.hip[0] && trunk.hip[1]) {
+      if (!may_lack_other_leg(a, trunk.hip, side)) continue;
+      reason = Reason::uneven_bodies;
+    } else if (!(trunk.shoulder[0] && trunk.shoulder[1]))
+      continue;  // a single hip is hard to distinguish from other round bone
+    const auto hip = hip_of(side, a, body, candidates, trunk, reason);
     if (!hip) continue;
-    const double middle = shoulders ? middle_x(trunk.shoulder) : hip->centre[0] - side_sign(side) * hips_half;
-    if (!stated && !leg_is_gone(a, *hip, middle, side)) continue;
-    trunk.hip[n] = *hip, trunk.hip[other] = mirror_image(*hip, middle);
+    trunk.hip[n] = *hip, trunk.hip[other] = mirror_image(*hip, middle_beside(*hip, side, trunk));
     trunk.no_leg[other] = true;
     return;
   }

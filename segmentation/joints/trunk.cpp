@@ -221,9 +221,22 @@ void find_shoulders(const Anatomy& a, const HeadsInBody& body, RoundHeads& candi
   trunk.shoulder[right_side] = heads->right;
 }
 
+// The first row of a level in which the column may lie. Between the lungs it lies behind the middle of the
+// trunk, and in front of it the heart, which contrast makes as dense as bone.
+std::int64_t first_row_of_column(const Anatomy& a, const Trunk& trunk, std::int64_t mid, std::int64_t k) {
+  const auto& g = a.grid();
+  const double z = g.origin[2] + a.step() * static_cast<double>(k);
+  if (z <= trunk.lungs[0] || z >= trunk.lungs[1] || mid < 0 || mid >= g.size[0]) return 0;
+  std::int64_t front = 0, back = g.size[1] - 1;
+  while (front < back && !a.body.at(mid, front, k)) ++front;
+  while (back > front && !a.body.at(mid, back, k)) --back;
+  return (front + back) / 2;
+}
+
 // sum of the depth within bone over a box about each voxel of a slice: favours vertebral bodies over their
-// arches
-std::vector<float> blurred_slice(const Anatomy& a, std::int64_t k, std::int64_t half) {
+// arches. Leaves out the rows before `first_row`.
+std::vector<float> blurred_slice(const Anatomy& a, std::int64_t first_row, std::int64_t k,
+                                 std::int64_t half) {
   const auto nx = a.grid().size[0], ny = a.grid().size[1];
   std::vector<double> sum(static_cast<std::size_t>((nx + 1) * (ny + 1)), 0);
   const auto at = [&](std::int64_t i, std::int64_t j) -> double& {
@@ -231,7 +244,8 @@ std::vector<float> blurred_slice(const Anatomy& a, std::int64_t k, std::int64_t 
   };
   for (std::int64_t j = 0; j < ny; ++j)
     for (std::int64_t i = 0; i < nx; ++i)
-      at(i + 1, j + 1) = at(i, j + 1) + at(i + 1, j) - at(i, j) + a.within_bone.at(i, j, k);
+      at(i + 1, j + 1) =
+          at(i, j + 1) + at(i + 1, j) - at(i, j) + (j < first_row ? 0 : a.within_bone.at(i, j, k));
   std::vector<float> out(static_cast<std::size_t>(nx * ny));
   for (std::int64_t j = 0; j < ny; ++j)
     for (std::int64_t i = 0; i < nx; ++i) {
@@ -261,7 +275,7 @@ void find_spine(const Anatomy& a, double x, double bottom_z, double top_z, doubl
   const auto half = std::lround(15 / a.step());
   const auto box = static_cast<double>((2 * half + 1) * (2 * half + 1));
   for (std::int64_t k = k0; k <= k1; ++k) {
-    const auto score = blurred_slice(a, k, half);
+    const auto score = blurred_slice(a, first_row_of_column(a, trunk, mid, k), k, half);
     const double usual = far + leaning * a.step() * static_cast<double>(k - k0);
     for (std::int64_t j = 0; j < ny; ++j)
       for (std::int64_t u = 0; u < nu; ++u) {
@@ -336,7 +350,7 @@ Trunk find_trunk(const Anatomy& a, const AbsentParts& absent) {
   trunk.lungs = body.lungs();
   if (legs) find_hips(a, body, candidates, trunk);
   if (arms) find_shoulders(a, body, candidates, trunk);
-  if (!trunk.hip[0]) find_lone_hip(a, body, candidates, trunk);
+  find_lone_hip(a, body, candidates, trunk);
   find_lone_shoulder(a, body, candidates, trunk);
   if (arms && !trunk.shoulder[0] && trunk.hip[0]) find_one_shoulder(a, body, candidates, trunk);
   if (!trunk.shoulder[0] && !trunk.hip[0]) find_one_side(a, body, candidates, trunk);
@@ -357,7 +371,7 @@ Trunk find_trunk(const Anatomy& a, const AbsentParts& absent) {
     top = std::min(end, 0.5 * (trunk.shoulder[0]->centre[2] + trunk.shoulder[1]->centre[2]) + 170);
   // above the hips the sacrum lies in the middle, and the column may lean to a side from there
   if (hips)
-    find_spine(a, m[0], m[2] + 35, top, 15, 0.5, trunk);
+    find_spine(a, m[0], m[2] + 35, top, 15, 0.3, trunk);
   else
     find_spine(a, m[0], a.grid().origin[2] + a.step(), top, 30, 0, trunk);
   settle_middle(a, trunk);

@@ -32,7 +32,7 @@ TEST(Trunk, SpineStaysBetweenTheIliacWings) {
       }
   a.within_bone = distance_to(outside, 60);
   Trunk trunk;
-  find_spine(a, 0, 30, 290, 15, 0.5, trunk);
+  find_spine(a, 0, 30, 290, 15, 0.3, trunk);
   for (const double z : {40.0, 70.0, 100.0, 150.0, 200.0, 250.0})
     EXPECT_NEAR(trunk.spine_at(z)[0], column(z), 8) << "at level " << z;
 }
