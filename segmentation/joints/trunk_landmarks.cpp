@@ -29,55 +29,79 @@ bool level_seen(const Anatomy& a, double z) {
 // the midline bone in front of the spine: its upper end, and its lower end, the xiphoid's tip
 struct Sternum {
   Vector3d top, tip;
+  bool tip_hidden = false;  // contrast in the heart begins at the tip's level
 };
+
+// The foremost bone in the midline at a level of the work grid.
+struct FrontBone {
+  std::optional<Vector3d> middle;  // of its front
+  bool thick = false;  // thicker than a sternum: contrast in the heart, alone or with a sternum before it
+};
+
+// The foremost bone within 18 mm of the middle, 55 mm or more in front of the column, and nearer to the skin
+// than to the column (a vertebra's front is not).
+FrontBone front_bone(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, std::int64_t k) {
+  constexpr double aside = 18, before = 55;  // mm
+  constexpr double thickest = 25;  // mm, of a sternum that leans forward, in a mask of coarse voxels
+  const auto& g = a.grid();
+  const double z = g.origin[2] + a.step() * static_cast<double>(k);
+  const Vector3d column = trunk.spine_at(z);
+  const auto mid = std::lround((column[0] - g.origin[0]) / a.step()), half = std::lround(aside / a.step());
+  const auto behind = std::min<std::int64_t>(
+      std::lround((column[1] - before * trunk.scale - g.origin[1]) / a.step()), g.size[1]);
+  const auto first = std::max<std::int64_t>(0, mid - half), end = std::min(g.size[0] - 1, mid + half);
+  const auto bone = [&](std::int64_t i, std::int64_t j) {
+    return a.bone.at(i, j, k) && !limbs.arm_at(i, j, k);
+  };
+  for (std::int64_t j = 0; j < behind; ++j) {
+    auto i = first, last = end;
+    while (i <= end && !bone(i, j)) ++i;
+    if (i > end) continue;
+    while (!bone(last, j)) --last;
+    const Vector3d middle = 0.5 * (g.point(i, j, k) + g.point(last, j, k));
+    if (a.depth[g.offset((i + last) / 2, j, k)] >= column[1] - middle[1]) continue;
+    auto back = j;
+    while (back < g.size[1] && bone(i, back)) ++back;
+    return {middle, a.step() * static_cast<double>(back - j) > thickest * trunk.scale + 2 * a.over_fine()};
+  }
+  return {};
+}
+
 std::optional<Sternum> find_sternum(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, double from,
                                     double to) {
   const auto& g = a.grid();
-  // per level: the foremost bone within 18 mm of the middle, 55 mm or more in front of the column, and nearer to
-  // the skin than to the column (a vertebra's front is not)
-  std::vector<std::optional<Vector3d>> front;
+  std::vector<FrontBone> front;
   const auto k0 = std::max<std::int64_t>(0, std::lround((from - g.origin[2]) / a.step()));
   const auto k1 = std::min<std::int64_t>(g.size[2] - 1, std::lround((to - g.origin[2]) / a.step()));
-  for (std::int64_t k = k0; k <= k1; ++k) {
-    std::optional<Vector3d> best;
-    const double z = g.origin[2] + a.step() * static_cast<double>(k);
-    const Vector3d column = trunk.spine_at(z);
-    const auto mid = std::lround((column[0] - g.origin[0]) / a.step()), half = std::lround(18 / a.step());
-    const auto behind = std::lround((column[1] - 55 * trunk.scale - g.origin[1]) / a.step());
-    for (std::int64_t j = 0; j < std::min(behind, g.size[1]) && !best; ++j)
-      for (auto i = std::max<std::int64_t>(0, mid - half); i <= std::min(g.size[0] - 1, mid + half); ++i)
-        if (a.bone.at(i, j, k) && !limbs.arm_at(i, j, k)) {
-          std::int64_t last = i;
-          for (auto n = i; n <= std::min(g.size[0] - 1, mid + half); ++n)
-            if (a.bone.at(n, j, k) && !limbs.arm_at(n, j, k)) last = n;
-          const Vector3d middle = 0.5 * (g.point(i, j, k) + g.point(last, j, k));
-          if (a.depth[g.offset((i + last) / 2, j, k)] < column[1] - middle[1]) best = middle;
-          break;
-        }
-    front.push_back(best);
-  }
-  // The sternum is the longest stretch. It may have short breaks, at its joints. A larger step front to back leads
-  // to another structure, such as contrast in the heart.
-  constexpr double leap = 22;  // mm
+  for (std::int64_t k = k0; k <= k1; ++k) front.push_back(front_bone(a, trunk, limbs, k));
+  // The sternum is the longest stretch with enough plates of bone. It may have short breaks, at its joints. A
+  // larger step front to back leads to another structure, as does a small one to or from the heart.
+  constexpr double leap = 22, along = 4, slope = 0.6, plates = 40, shortest = 60;  // mm; but slope
   std::size_t best_low = 0, best_high = 0, length = 0;
   const auto may_miss = static_cast<std::size_t>(std::lround(12 / a.step()));
+  const auto joins = [&](std::size_t low, std::size_t high) {
+    const double step = std::abs((*front[high].middle)[1] - (*front[low].middle)[1]);
+    return step < (front[low].thick || front[high].thick
+                       ? along + slope * a.step() * static_cast<double>(high - low)
+                       : leap);
+  };
   for (std::size_t n = 0; n < front.size(); ++n) {
-    if (!front[n]) continue;
-    std::size_t high = n, q = n;
-    while (q < front.size() && q - high <= may_miss) {
-      if (front[q] && std::abs((*front[q])[1] - (*front[high])[1]) < leap) high = q;
-      ++q;
-    }
-    if (high - n + 1 > length) length = high - n + 1, best_low = n, best_high = high;
+    if (!front[n].middle) continue;
+    std::size_t high = n, q = n, thin = 0;
+    for (; q < front.size() && q - high <= may_miss; ++q)
+      if (front[q].middle && (q == n || joins(high, q))) high = q, thin += !front[q].thick;
+    if (high - n + 1 > length && static_cast<double>(thin) * a.step() > plates * trunk.scale)
+      length = high - n + 1, best_low = n, best_high = high;
     n = high;
   }
-  if (static_cast<double>(length) * a.step() < 60 * trunk.scale) return std::nullopt;
+  if (static_cast<double>(length) * a.step() < shortest * trunk.scale) return std::nullopt;
   // if it leaves the scan in front or below, its true end is elsewhere
   constexpr double beyond = 10;  // mm
-  if (!a.sees(*front[best_low] - Vector3d(0, 2 * a.step(), 0)) ||
-      !a.sees(*front[best_low] - Vector3d(0, 0, beyond)))
+  const Vector3d tip = *front[best_low].middle;
+  if (!a.sees(tip - Vector3d(0, 2 * a.step(), 0)) || !a.sees(tip - Vector3d(0, 0, beyond)))
     return std::nullopt;
-  return Sternum{*front[best_high], *front[best_low]};
+  return Sternum{*front[best_high].middle, tip,
+                 front[best_low].thick || (best_low > 0 && front[best_low - 1].thick)};
 }
 
 // Lower end of the sternum's bone near `tip` (mm, patient z), from the area of its sections in the scan
@@ -289,8 +313,13 @@ void find_trunk_landmarks(const Anatomy& a, const Trunk& trunk, const Limbs& lim
   if (const auto sternum = find_sternum(a, trunk, limbs, bottom + 0.45 * length, bottom + 1.0 * length)) {
     Vector3d tip = sternum->tip - Vector3d(0, 0, 0.5 * a.step());
     if (const auto end = sternum_end(a, tip, trunk.scale)) tip[2] = *end;
+    // far from the usual level, noise or another bone may pass for the sternum
+    constexpr double measured = 4, hidden_end = 12, by_chance = 3;  // mm; mm; standard deviations
+    const double off = std::abs(tip[2] - xiphion);
     xiphion = tip[2];
-    marks["xiphion"] = {tip, 4, 0, "bone: lower end of the sternum"};
+    marks["xiphion"] = {
+        tip, std::max(sternum->tip_hidden ? hidden_end : measured, off > by_chance * spread ? off / 2 : 0), 0,
+        "bone: lower end of the sternum"};
     if (has_neck)
       marks["suprasternale"] = {sternum->top + Vector3d(0, 0, 0.5 * a.step()), 11, 0,
                                 "bone: upper end of the sternum"};
@@ -305,7 +334,8 @@ void find_trunk_landmarks(const Anatomy& a, const Trunk& trunk, const Limbs& lim
   }
   const double omphalion =
       bottom + (xiphion - bottom) * omphalion_to_hip / (omphalion_to_hip + xiphion_to_omphalion);
-  // standard deviations of the usual level, mm: navels of adults differ, hips out of view are placed by proportion
+  // standard deviations of the usual level, mm: navels of adults differ, hips out of view are placed by
+  // proportion
   constexpr double navels_differ = 25, unseen_hips = 50;
   const double of_xiphion = marks.contains("xiphion") ? marks["xiphion"].deviation : spread;
   const double usual_spread =
