@@ -30,11 +30,31 @@ Vector3d middle_of(const std::array<std::optional<FoundSphere>, 2>& pair) {
   return 0.5 * (pair[0]->centre + pair[1]->centre);
 }
 
+// The trunk at a level between hips and shoulders: it may bend and turn between them.
+struct TrunkAcross {
+  Vector3d middle, left;  // mm; unit direction, horizontal
+};
+
+Vector3d level_direction(const std::array<std::optional<FoundSphere>, 2>& pair) {
+  Vector3d left = pair[0]->centre - pair[1]->centre;
+  left[2] = 0;
+  return left.normalized();
+}
+
+TrunkAcross across_trunk(const Trunk& trunk, double z) {
+  const Vector3d hips = middle_of(trunk.hip), left = level_direction(trunk.hip);
+  if (!(trunk.shoulder[0] && trunk.shoulder[1])) return {hips, left};
+  const Vector3d up = middle_of(trunk.shoulder) - hips;
+  const double t = std::clamp((z - hips[2]) / up[2], 0.0, 1.0);
+  return {hips + t * up, ((1 - t) * left + t * level_direction(trunk.shoulder)).normalized()};
+}
+
 // Marks the trunk's own bones. `wings`: those marked only by their place above the hips, where the iliac
 // wings lie and perhaps a hand.
 void mark_axial(const Anatomy& a, const Trunk& trunk, Volume<std::uint8_t>& seeds, Mask& wings) {
   const auto& g = a.grid();
   const bool hips = trunk.hip[0] && trunk.hip[1], shoulders = trunk.shoulder[0] && trunk.shoulder[1];
+  const double half_hips = hips ? 0.5 * (trunk.hip[0]->centre - trunk.hip[1]->centre).norm() : 0;
   const auto between = [](const std::array<std::optional<FoundSphere>, 2>& pair, const Vector3d& p) {
     const Vector3d left = (pair[0]->centre - pair[1]->centre).normalized();
     return left.dot(p - pair[0]->centre) < -medial && left.dot(p - pair[1]->centre) > medial;
@@ -63,10 +83,9 @@ void mark_axial(const Anatomy& a, const Trunk& trunk, Volume<std::uint8_t>& seed
           axial = axial || between(trunk.shoulder, p);
         // more than 60 mm above both hips no bone is a leg's
         if (at_pelvis && p[2] > std::max(trunk.hip[0]->centre[2], trunk.hip[1]->centre[2]) + 60 * size) {
-          const Vector3d left = (trunk.hip[0]->centre - trunk.hip[1]->centre).normalized();
+          const TrunkAcross here = across_trunk(trunk, p[2]);
           const bool behind_wings = p[1] > middle_of(trunk.hip)[1] + wing_back * size;
-          if (!behind_wings && left.dot(p - trunk.hip[0]->centre) < 25 &&
-              left.dot(p - trunk.hip[1]->centre) > -25 && !axial)
+          if (!behind_wings && std::abs(here.left.dot(p - here.middle)) < half_hips + 25 && !axial)
             axial = true, wings.at(i, j, k) = 1;
         }
         if (axial) seeds.at(i, j, k) = static_cast<std::uint8_t>(Limb::axial);
