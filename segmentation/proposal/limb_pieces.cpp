@@ -214,6 +214,24 @@ void measure_root(const CoarseBody& b, const BodyPieces& pieces, std::size_t num
   piece.root = median_of(piece.root_in_bone ? std::move(faces_in_bone) : std::move(faces));
 }
 
+// Wrongly classified voxels may separate a whole limb from the trunk, so that its side stays unknown until
+// the piece has grown. The place where its bone meets the trunk's then tells the side, unless that side has
+// such a limb already.
+void name_sides_by_roots(const Mask& axial, std::vector<BodyPiece>& list) {
+  constexpr double whole = 200;  // mm of bone
+  for (BodyPiece& piece : list) {
+    if (!is_limb(piece.region) || piece.side >= 0 || !piece.root_in_bone || piece.bone_chain < whole)
+      continue;
+    const LimbSide beside = side_beside(axial, *piece.root);
+    if (beside != LimbSide::left && beside != LimbSide::right) continue;
+    const int side = beside == LimbSide::left ? left_side : right_side;
+    if (std::none_of(list.begin(), list.end(), [&](const BodyPiece& other) {
+          return other.region == piece.region && other.side == side && other.root_in_bone;
+        }))
+      piece.side = side;
+  }
+}
+
 }  // namespace
 
 BodyPieces body_pieces(const CoarseBody& b, const ClassProbabilities& probabilities) {
@@ -255,6 +273,7 @@ BodyPieces body_pieces(const CoarseBody& b, const ClassProbabilities& probabilit
     out.list[n].confidence = sums[n] * voxel_volume / std::max(out.list[n].volume, voxel_volume);
     if (is_limb(out.list[n].region)) measure_root(b, out, n, out.list[n]);
   }
+  name_sides_by_roots(axial, out.list);
   return out;
 }
 

@@ -38,10 +38,10 @@ std::vector<double> middle_by_slice(const Mask& mask) {
   return out;
 }
 
-LimbSide side_of(const Region& cluster, const Grid& g, const std::vector<double>& middle) {
-  const double x = g.origin[0] + labelling_step * cluster.centre[0];
-  const auto k =
-      static_cast<std::size_t>(std::clamp<std::int64_t>(std::llround(cluster.centre[2]), 0, g.size[2] - 1));
+// `index`: of a point in the grid
+LimbSide side_of(const Eigen::Vector3d& index, const Grid& g, const std::vector<double>& middle) {
+  const double x = g.origin[0] + labelling_step * index[0];
+  const auto k = static_cast<std::size_t>(std::clamp<std::int64_t>(std::llround(index[2]), 0, g.size[2] - 1));
   const double off = x - middle[k];
   if (std::abs(off) < beside_middle) return LimbSide::unknown;
   return off > 0 ? LimbSide::left : LimbSide::right;
@@ -60,7 +60,7 @@ void add_seeds(const CoarseBody& b, const Mask& region, const Distances& to_bord
     if (!bones.voxels[o]) continue;
     const Region& cluster = clusters.list[static_cast<std::size_t>(clusters.number.voxels[o] - 1)];
     if (cluster.voxels < speck) continue;
-    seeds.voxels[o] = static_cast<std::uint8_t>(side_of(cluster, b.grid(), middle ? *middle : own));
+    seeds.voxels[o] = static_cast<std::uint8_t>(side_of(cluster.centre, b.grid(), middle ? *middle : own));
   }
 }
 
@@ -98,6 +98,10 @@ std::vector<LimbSide> part_sides(const CoarseBody& b, const Mask& limbs, const M
     if (limbs.voxels[o])
       out[o] = owner.voxels[o] ? static_cast<LimbSide>(owner.voxels[o]) : LimbSide::unknown;
   return out;
+}
+
+LimbSide side_beside(const Mask& axial, const Eigen::Vector3d& point) {
+  return side_of(axial.grid.index(point), axial.grid, middle_by_slice(axial));
 }
 
 }  // namespace borelli

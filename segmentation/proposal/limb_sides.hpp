@@ -1,6 +1,7 @@
 // Left or right for each voxel of the limbs.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <vector>
 
@@ -17,5 +18,9 @@ enum class LimbSide : std::uint8_t { none, left, right, unknown };
 /// right of their own middle. Start bones within 20 mm of the middle, and regions without start bones, have
 /// unknown side. Returns one entry per voxel of the body's grid.
 std::vector<LimbSide> part_sides(const CoarseBody& body, const Mask& limbs, const Mask& axial);
+
+/// Side of a point (LPS, mm) relative to the mean of `axial` within 80 mm of its level; unknown within 20 mm
+/// of it.
+LimbSide side_beside(const Mask& axial, const Eigen::Vector3d& point);
 
 }  // namespace borelli

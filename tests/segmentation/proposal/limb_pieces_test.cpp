@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "segmentation/proposal/limb_pieces.hpp"
+#include "segmentation/proposal/proposal.hpp"
 #include "tests/segmentation/proposal/certain.hpp"
 #include "tests/segmentation/proposal/drawn_body.hpp"
 
@@ -27,6 +28,35 @@ TEST(LimbPieces, FindTwoArmsAndTwoLegsWithTheirSides) {
       {{BodyRegion::arm, left_side}, 1}, {{BodyRegion::arm, right_side}, 1},
       {{BodyRegion::leg, left_side}, 1}, {{BodyRegion::leg, right_side}, 1}};
   EXPECT_EQ(count, expected);
+}
+
+// Whatever of an arm lies near the trunk is taken for a leg.
+TEST(LimbPieces, WholeLimbSeparatedFromTheTrunkGetsItsSide) {
+  const CoarseBody body = coarse_body(anatomy_of(drawn().grey, 4, 0));
+  LabelMap labels = drawn().parts;
+  const Grid& g = labels.grid;
+  constexpr std::int64_t near = 5;  // voxels of 4 mm
+  const auto beside_trunk = [&](std::int64_t i, std::int64_t j, std::int64_t k) {
+    for (std::int64_t c = -near; c <= near; ++c)
+      for (std::int64_t b = -near; b <= near; ++b)
+        for (std::int64_t a = -near; a <= near; ++a)
+          if (g.holds(i + a, j + b, k + c) && is_axial(drawn().parts.at(i + a, j + b, k + c))) return true;
+    return false;
+  };
+  for (std::int64_t k = 0; k < g.size[2]; ++k)
+    for (std::int64_t j = 0; j < g.size[1]; ++j)
+      for (std::int64_t i = 0; i < g.size[0]; ++i)
+        if (limb_of_part(labels.at(i, j, k)) == limb_of(BodyRegion::arm, left_side) && beside_trunk(i, j, k))
+          labels.at(i, j, k) = static_cast<std::uint8_t>(part_label("thigh_left"));
+  const BodyPieces pieces = body_pieces(body, certain(body, labels));
+  int arms = 0;
+  for (const BodyPiece& piece : pieces.list) {
+    if (piece.region != BodyRegion::arm) continue;
+    ++arms;
+    ASSERT_TRUE(piece.root);
+    EXPECT_EQ(piece.side, (*piece.root)[0] > 0 ? left_side : right_side);
+  }
+  EXPECT_EQ(arms, 2);
 }
 
 TEST(LimbPieces, NeedBones) {
