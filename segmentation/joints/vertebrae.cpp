@@ -1,6 +1,7 @@
 #include "segmentation/joints/vertebrae.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -16,7 +17,8 @@ double median(std::vector<double> values) {
 }
 
 // Approximate centre of the vertebral body at a level. Voxels are weighted by the cubed depth within bone, so
-// that the thinner arch behind weighs little, and by their distance from the spine, so that ilium and ribs do.
+// that the thinner arch behind weighs little, and by their distance from the spine, so that ilium and ribs
+// do.
 Vector3d near_vertebral_body(const Anatomy& a, const Trunk& trunk, double z) {
   const auto& g = a.grid();
   const Vector3d spine = trunk.spine_at(z);
@@ -100,20 +102,20 @@ Vector3d vertebral_body(const Anatomy& a, const Trunk& trunk, double z, bool nec
 
 namespace {
 
-// Area of bone beside the spine in the slice at a level, mm^2: ribs and their necks lie there, and no
-// vertebra reaches it.
-double bone_beside(const Anatomy& a, const Trunk& trunk, double z) {
+// Area of bone beside the spine in the slice at a level, by side, mm^2: ribs and their necks lie there, and
+// no vertebra reaches it.
+std::array<double, 2> bone_beside(const Anatomy& a, const Trunk& trunk, double z) {
   const auto& g = a.grid();
   const auto k = std::lround((z - g.origin[2]) / a.step());
   const Vector3d column = trunk.spine_at(z);
   const double s = trunk.scale;
-  double area = 0;
+  std::array<double, 2> area{0, 0};
   for (std::int64_t j = 0; j < g.size[1]; ++j)
     for (std::int64_t i = 0; i < g.size[0]; ++i) {
       if (!g.holds(i, j, k) || !a.bone.at(i, j, k)) continue;
       const Vector3d d = g.point(i, j, k) - column;
       if (std::abs(d[0]) > 28 * s && std::abs(d[0]) < 52 * s && d[1] > -15 * s && d[1] < 40 * s)
-        area += a.step() * a.step();
+        area[static_cast<std::size_t>(d[0] > 0 ? left_side : right_side)] += a.step() * a.step();
     }
   return area;
 }
@@ -123,13 +125,27 @@ double bone_beside(const Anatomy& a, const Trunk& trunk, double z) {
 std::optional<double> first_rib(const Anatomy& a, const Trunk& trunk, double near) {
   const double rib = trunk.only_side ? 75 : 150;  // mm^2: the rib necks in view
   constexpr double share = 0.2;                   // of the largest below: transverse processes have less
-  constexpr double no_more = 24;                  // height without a rib above the first one, mm
+  constexpr double no_more = 36, seen = 24;       // height without a rib above the first one, and in view, mm
+  constexpr double level = 8, hardly = 30;  // mm, mm^2: contrast in a vein, or an arm, lies on one side alone
   const double s = trunk.scale;
+  struct Slice {
+    double z;
+    std::array<double, 2> beside;
+  };
+  std::vector<Slice> slices;
+  for (double z = near - 110 * s; z < near + 75 * s; z += a.step())
+    if (trunk.spine_holds(z)) slices.push_back({z, bone_beside(a, trunk, z)});
+  const auto paired = [&](double z) {
+    std::array<double, 2> most{0, 0};
+    for (const Slice& other : slices)
+      if (std::abs(other.z - z) <= level * s)
+        for (std::size_t n = 0; n < 2; ++n) most[n] = std::max(most[n], other.beside[n]);
+    return trunk.only_side || std::min(most[0], most[1]) > hardly * s * s;
+  };
   std::optional<double> top;
   double before = 0, most = 0;  // bone in the slice below; the largest so far
-  for (double z = near - 110 * s; z < near + 75 * s; z += a.step()) {
-    if (!trunk.spine_holds(z)) continue;
-    const double here = bone_beside(a, trunk, z) / (rib * s * s);
+  for (const auto& [z, beside] : slices) {
+    const double here = paired(z) ? (beside[0] + beside[1]) / (rib * s * s) : 0;
     most = std::max(most, here);
     const double limit = std::max(1.0, share * most);
     // interpolates where the area falls below the limit
@@ -142,7 +158,7 @@ std::optional<double> first_rib(const Anatomy& a, const Trunk& trunk, double nea
     before = here;
   }
   // a chest cut by the scan's top shows no first rib
-  if (top && !trunk.spine_holds(*top + no_more * s)) return std::nullopt;
+  if (top && !trunk.spine_holds(*top + seen * s)) return std::nullopt;
   return top;
 }
 
