@@ -37,7 +37,7 @@ campaign() {  # reader
     coverage=$(sed -nE 's/.* cov: ([0-9]+) ft: ([0-9]+).*/\1 | \2/p' "$out/logs/$1.fuzz" | tail -n 1)
     faults=$(find "$out/artifacts/$1" -type f | wc -l)
   fi
-  sed -E "s/^([a-z_]+): ([0-9]+) mutations .* in ([0-9.]+) s .* ([0-9]+) failed.*/| \1 | \2 | \3 | \4/" <<<"$line" |
+  sed -E "s/^([a-z0-9_]+): ([0-9]+) mutations .* in ([0-9.]+) s .* ([0-9]+) failed.*/| \1 | \2 | \3 | \4/" <<<"$line" |
     sed "s#\$# | $fuzzed | $((60 * minutes)) | $coverage | $faults |#" >"$out/rows/$1"
 }
 
