@@ -278,8 +278,8 @@ std::optional<Vector3d> far_end_of(const LimbPath& path, const Vector3d& joint, 
   return off(*end) > enough ? std::optional(*end) : std::nullopt;
 }
 
-// Writes the elbow and its epicondyles; its centre, empty if the scan may end above it. `down`: unit direction
-// of the upper arm.
+// Writes the elbow and its epicondyles; its centre, empty if the scan may end above it. `down`: unit
+// direction of the upper arm.
 std::optional<Vector3d> find_elbow(const LimbInBody& limb, const JointsAlongPath& joints,
                                    const Vector3d& down, Landmarks& marks) {
   const Anatomy& a = limb.anatomy;
@@ -342,8 +342,8 @@ Vector3d find_wrist(const LimbInBody& limb, const JointsAlongPath& joints, const
   const double to_end = (path.points.back() - wrist).norm();
   const bool may_be_beyond = path.cut && a.gap_may_fuse(scale) && to_end < hand_tells * scale;
   double doubt = std::max(likely.deviation, may_be_beyond ? 0.5 * to_end : 0.0);
-  // A gap among the hand's bones may pass for the wrist. If forearm and hand would then have lengths that no arm has,
-  // their usual lengths place the wrist. This needs the whole hand in view.
+  // A gap among the hand's bones may pass for the wrist. If forearm and hand would then have lengths that no
+  // arm has, their usual lengths place the wrist. This needs the whole hand in view.
   constexpr double most = 4;  // standard deviations
   const char* source = "bone: between radius and carpals";
   constexpr double in_view = 30;  // mm

@@ -30,7 +30,7 @@ Vector3d middle_of(const std::array<std::optional<FoundSphere>, 2>& pair) {
   return 0.5 * (pair[0]->centre + pair[1]->centre);
 }
 
-// The trunk at a level between hips and shoulders: it may bend and turn between them.
+// Middle and direction of the trunk at a level. Between hips and shoulders it may bend and turn.
 struct TrunkAcross {
   Vector3d middle, left;  // mm; unit direction, horizontal
 };

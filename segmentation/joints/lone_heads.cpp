@@ -61,8 +61,8 @@ bool limb_is_gone(const Anatomy& a, const Cuboid& own, double middle, double har
 
 Cuboid cuboid_of(const Vector3d& a, const Vector3d& b) { return {a.cwiseMin(b), a.cwiseMax(b)}; }
 
-// Compares the regions of the two thighs below the hips, and those of the trochanters beside the heads: any
-// stump has one. Trochanters of the warped bodies differ by at most a third.
+// True if the other side has no thigh bone below its hip, or no trochanter beside it. Every stump of a thigh
+// has a trochanter. The bone there differs by at most 27 % between the two sides of ten warped bodies.
 bool leg_is_gone(const Anatomy& a, const FoundSphere& hip, double middle, int side) {
   constexpr double near_middle = 15, outside = 120, deep = 100, below = 90, far_below = 300;
   constexpr double near_head = 20, beside = 100, behind = 70, above = 20, lowest = 70;
@@ -78,9 +78,9 @@ bool leg_is_gone(const Anatomy& a, const FoundSphere& hip, double middle, int si
                       middle, 0.25);
 }
 
-// True if the body beside and below the other head of a pair is much smaller than beside and below that of
-// `side`, at some level. The heads may be false ones, up to 100 mm above the hips: other round bones pass for
-// a missing head and its fellow.
+// True if, at some level, the scan shows much less flesh beside and below the other head of a pair than
+// beside and below the head of `side`. Both heads may be false, up to 100 mm above the hips: if one femoral
+// head is missing, two other round bones may pass for a pair.
 bool may_lack_other_leg(const Anatomy& a, const std::array<std::optional<FoundSphere>, 2>& pair, int side) {
   constexpr double near_head = 20, beside = 100, behind = 70, lowest = 150, layer = 50;  // mm
   constexpr double in_view = 0.5, smaller = 0.35;
@@ -116,9 +116,9 @@ bool arm_is_gone(const Anatomy& a, const Vector3d& head, double middle, int side
 
 // Why one hip is searched alone.
 enum class Reason {
-  no_pair,        // no pair of hips was found
-  absent_leg,     // the user names the other leg as absent
-  uneven_bodies,  // the body lacks flesh beside one head of a found pair
+  no_pair,      // no pair of hips was found
+  absent_leg,   // the user names the other leg as absent
+  uneven_pair,  // a pair was found, but flesh is missing beside one of its heads
 };
 
 // The midsagittal plane of a body with this hip, x in mm.
@@ -142,8 +142,7 @@ std::optional<FoundSphere> hip_of(int side, const Anatomy& a, const HeadsInBody&
     } else {
       const Vector3d other = mirror_image(ball, middle).centre;
       const Vector3d &left = out > 0 ? ball.centre : other, &right = out > 0 ? other : ball.centre;
-      if (!(reason == Reason::uneven_bodies ? body.deep_below_lungs(left, right)
-                                            : body.near_hips(left, right)))
+      if (!(reason == Reason::uneven_pair ? body.deep_below_lungs(left, right) : body.near_hips(left, right)))
         return false;
     }
     return (reason == Reason::absent_leg ? body.below_flank(ball.centre)
@@ -163,7 +162,7 @@ void find_lone_hip(const Anatomy& a, const HeadsInBody& body, RoundHeads& candid
       reason = Reason::absent_leg;
     else if (trunk.hip[0] && trunk.hip[1]) {
       if (!may_lack_other_leg(a, trunk.hip, side)) continue;
-      reason = Reason::uneven_bodies;
+      reason = Reason::uneven_pair;
     } else if (!(trunk.shoulder[0] && trunk.shoulder[1]))
       continue;  // a single hip is hard to distinguish from other round bone
     const auto hip = hip_of(side, a, body, candidates, trunk, reason);

@@ -12,7 +12,7 @@ namespace borelli {
 /// If `trunk` has no hips, finds the one that is present: above its femur, and below the lungs or the
 /// shoulders. Sets the other to its mirror image, and `no_leg` on that side. The other leg must be named in
 /// `trunk.absent`, or the scan must show the place of its thigh bone without one. The hip then also replaces
-/// a pair of hips, since other round bones pass for a missing head and its fellow.
+/// a pair of hips, since two other round bones may pass for a pair.
 void find_lone_hip(const Anatomy& anatomy, const HeadsInBody& body, RoundHeads& candidates, Trunk& trunk);
 
 /// The same for a shoulder; needs both hips. If no arm bone lies beside the chest on one side, the mirror

@@ -54,10 +54,10 @@ struct Trunk {
 Trunk find_trunk(const Anatomy& anatomy, const AbsentParts& absent = {});
 
 /// Sets `spine` to the best column near x from `bottom` to `top` (mm, patient z). Each step up moves at most
-/// one voxel sideways (dynamic programming). Iliac wings contain as much bone as the column, so the path is held near
-/// x: at the bottom it is free within `far` mm, at height h within far + leaning * h. Farther out the penalty grows
-/// with the square of the excess. Bone in the front half of the trunk beside the lungs does not count: there
-/// the heart may hold contrast.
+/// one voxel sideways (dynamic programming). Iliac wings contain as much bone as the column, so the path is
+/// held near x: at the bottom it is free within `far` mm, at height h within far + leaning * h. Farther out
+/// the penalty grows with the square of the excess. Bone in the front half of the trunk beside the lungs does
+/// not count: there the heart may hold contrast.
 void find_spine(const Anatomy& anatomy, double x, double bottom, double top, double far, double leaning,
                 Trunk& trunk);
 

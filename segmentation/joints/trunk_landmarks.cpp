@@ -29,7 +29,7 @@ bool level_seen(const Anatomy& a, double z) {
 // the midline bone in front of the spine: its upper end, and its lower end, the xiphoid's tip
 struct Sternum {
   Vector3d top, tip;
-  bool tip_hidden = false;  // contrast in the heart begins at the tip's level
+  bool tip_hidden = false;  // thick bone, perhaps contrast in the heart, lies at or just below the tip
 };
 
 // The foremost bone in the midline at a level of the work grid.
@@ -74,9 +74,10 @@ std::optional<Sternum> find_sternum(const Anatomy& a, const Trunk& trunk, const 
   const auto k0 = std::max<std::int64_t>(0, std::lround((from - g.origin[2]) / a.step()));
   const auto k1 = std::min<std::int64_t>(g.size[2] - 1, std::lround((to - g.origin[2]) / a.step()));
   for (std::int64_t k = k0; k <= k1; ++k) front.push_back(front_bone(a, trunk, limbs, k));
-  // The sternum is the longest stretch with enough plates of bone. It may have short breaks, at its joints. A
-  // larger step front to back leads to another structure, as does a small one to or from the heart.
-  constexpr double leap = 22, along = 4, slope = 0.6, plates = 40, shortest = 60;  // mm; but slope
+  // The sternum is the longest stretch of levels with at least 40 mm of thin bone. Short breaks are its
+  // joints. Its front is smooth: a step of 22 mm leads to another structure, and so does a smaller one beside
+  // thick bone.
+  constexpr double leap = 22, along = 4, slope = 0.6, plates = 40, shortest = 60;  // mm; slope: mm/mm
   std::size_t best_low = 0, best_high = 0, length = 0;
   const auto may_miss = static_cast<std::size_t>(std::lround(12 / a.step()));
   const auto joins = [&](std::size_t low, std::size_t high) {

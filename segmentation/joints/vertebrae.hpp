@@ -15,8 +15,8 @@ namespace borelli {
 Eigen::Vector3d vertebral_body(const Anatomy& anatomy, const Trunk& trunk, double z, bool neck = false);
 
 /// Upper edge (mm, patient z) of the first rib beside the spine, searched upwards from the chest to 75 mm (in
-/// an adult) above `near`. A rib shows on both sides, unless only one is in view. Empty if the scan's top
-/// cuts the chest.
+/// an adult) above `near`. Bone counts only where both sides show it, unless the scan shows one side alone.
+/// Empty if the scan's top cuts the chest.
 std::optional<double> first_rib(const Anatomy& anatomy, const Trunk& trunk, double near);
 
 /// Centre (mm, patient z, interpolated) of the disc that best combines depth of the dip and nearness to

@@ -19,8 +19,8 @@ enum class LimbSide : std::uint8_t { none, left, right, unknown };
 /// unknown side. Returns one entry per voxel of the body's grid.
 std::vector<LimbSide> part_sides(const CoarseBody& body, const Mask& limbs, const Mask& axial);
 
-/// Side of a point (LPS, mm) relative to the mean of `axial` within 80 mm of its level; unknown within 20 mm
-/// of it.
+/// Side of a point (LPS, mm) relative to the mean x of `axial` within 80 mm of its level; unknown within 20
+/// mm of it.
 LimbSide side_beside(const Mask& axial, const Eigen::Vector3d& point);
 
 }  // namespace borelli

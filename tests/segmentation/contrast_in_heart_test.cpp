@@ -60,6 +60,7 @@ TEST(ContrastInTheHeart, IsNoSternum) {
   EXPECT_LT(chest.off("spine_upper").head<2>().norm(), 10);
 }
 
+// Half a vertebral body and two voxels are the tolerances.
 TEST(ContrastInTheHeart, LeavesSternumAndSpineInTheirPlaces) {
   const Chest chest = with_contrast(false);
   EXPECT_TRUE(chest.mark("xiphion").source.starts_with("bone")) << chest.mark("xiphion").source;

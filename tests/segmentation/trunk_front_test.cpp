@@ -13,8 +13,8 @@ using Eigen::Vector3d;
 
 constexpr double navel_level = 200, fold_level = 145;  // mm above the grid's bottom
 
-// An elliptic trunk with a navel (depth `pit`, mm) in the middle of its front, and a wide fold (depth `fold`, mm) below
-// it on the left.
+// An elliptic trunk with a navel (depth `pit`, mm) in the middle of its front, and a wide fold (depth `fold`,
+// mm) below it on the left.
 struct Belly {
   Anatomy anatomy;
   Trunk trunk;

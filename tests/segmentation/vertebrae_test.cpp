@@ -12,7 +12,8 @@ using Eigen::Vector3d;
 
 constexpr double first = 180, rib_high = 12;  // mm: upper edge of the first rib; height of a rib
 
-// Ribs beside a straight column, `apart` mm from each other, and bone above the first one on the left alone.
+// Ribs on both sides of a straight column, `apart` mm from one to the next. `bone_on_the_left`: bone, like a
+// vein with contrast, also lies above the first rib, on the left alone.
 struct Ribs {
   Anatomy anatomy;
   Trunk trunk;
@@ -49,6 +50,7 @@ TEST(FirstRib, IsTheHighestPairOfRibs) {
   EXPECT_LT(std::abs(Ribs(40, false).first_rib_off()), 4);
 }
 
+// Bone of the other side counts up to 8 mm away, plus a voxel of 3 mm.
 TEST(FirstRib, IsNoBoneOnOneSide) { EXPECT_LT(std::abs(Ribs(28, true).first_rib_off()), 12); }
 
 }  // namespace
