@@ -1,5 +1,6 @@
 #include "pipeline/stages/run_scan.hpp"
 
+#include <algorithm>
 #include <optional>
 
 #include "inertia/table_file.hpp"
@@ -14,6 +15,7 @@
 #include "segmentation/files/dicom_segmentation.hpp"
 #include "segmentation/files/given_landmarks.hpp"
 #include "segmentation/labelling/body_doubts.hpp"
+#include "segmentation/vocabulary/parts.hpp"
 
 namespace borelli {
 namespace {
@@ -130,6 +132,11 @@ Result<json> use_given_labels(RunData& data, const StageProgress& progress) {
   if (!scan) return tl::unexpected(scan.error());
   auto labels = read_labels(data.settings.labels, data.settings.label_names, {}, &(*scan)->volume.grid);
   if (!labels) return tl::unexpected(labels.error());
+  if (std::ranges::none_of(labels->names, [](const std::string& name) { return part_label(name) > 0; }))
+    return bad_use(
+        data.settings.labels,
+        "names none of the body's parts; put a names file beside it (.tsv with lines of label, tab and "
+        "name, as segment writes it), or map its classes with --label-mapping");
   Warnings label_warnings;
   for (const std::string& warning : labels->warnings)
     label_warnings.push_back(data.settings.labels + ": " + warning);

@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <cstring>
+#include <filesystem>
+#include <iterator>
+#include <set>
 
 #include "process/memory.hpp"
 #include "segmentation/files/dicom_files.hpp"
@@ -18,11 +21,12 @@ namespace {
 using Slices = std::vector<DicomSlice>;
 
 struct Found {
-  std::vector<Slices> groups;     // one series, size and orientation each
-  std::size_t frames = 0;         // multi-frame files without frame positions
-  std::size_t segmentations = 0;  // DICOM-SEG objects, which are not scans
-  std::size_t colours = 0;
-  std::size_t unplaced = 0;  // images without position
+  std::vector<Slices> groups;          // one series, size and orientation each
+  std::vector<std::string> frames;     // multi-frame files without frame positions
+  std::size_t segmentations = 0;       // DICOM-SEG objects, which are not scans
+  std::vector<std::string> colours;    // images with several samples per pixel
+  std::vector<std::string> unplaced;   // images without position
+  std::vector<std::string> no_images;  // files that hold no DICOM image
   Placeholders placeholders;
 };
 
@@ -55,16 +59,17 @@ Result<Found> find_groups(const std::string& folder, const Progress& progress) {
     const Result<Slices>& slices = headers[n];
     if ((!slices || slices->empty()) && found.placeholders.add_if_placeholder(files[n])) continue;
     if (!slices) return tl::unexpected(slices.error());
+    if (slices->empty()) found.no_images.push_back(files[n]);
     for (const DicomSlice& slice : *slices) {
       if (slice.modality == "SEG") {
         ++found.segmentations;
         break;
       } else if (slice.frames > 1) {
-        ++found.frames;
+        found.frames.push_back(files[n]);
       } else if (slice.samples_per_pixel != 1) {
-        ++found.colours;
+        found.colours.push_back(files[n]);
       } else if (!slice.position) {
-        ++found.unplaced;
+        found.unplaced.push_back(files[n]);
       } else {
         add_to_groups(found.groups, slice);
       }
@@ -85,7 +90,7 @@ double voxels(const Slices& slices) {
 
 Error nothing_to_read(const std::string& folder, const Found& found) {
   const auto refusal = [&]() -> Result<void> {
-    if (found.frames)
+    if (!found.frames.empty())
       return failure(folder,
                      "contains multi-frame DICOM (all slices in one file) that does not say where each frame "
                      "lies; export it as one file per slice, or as .nii.gz");
@@ -93,8 +98,9 @@ Error nothing_to_read(const std::string& folder, const Found& found) {
       return bad_use(folder,
                      "contains a DICOM segmentation but no scan; give the scan as the volume, and the "
                      "segmentation with --labels");
-    if (found.colours) return failure(folder, "contains only colour pictures; give a CT or MR series");
-    if (found.unplaced)
+    if (!found.colours.empty())
+      return failure(folder, "contains only colour pictures; give a CT or MR series");
+    if (!found.unplaced.empty())
       return failure(folder,
                      "contains DICOM pictures that do not state position, orientation and pixel spacing; "
                      "give a CT or MR series");
@@ -103,6 +109,35 @@ Error nothing_to_read(const std::string& folder, const Found& found) {
   Error error = refusal().error();
   for (const auto& sentence : found.placeholders.sentences()) error.what += "; " + sentence;
   return error;
+}
+
+// One sentence per kind of image that was left out. Files that hold no image count if they are named like the
+// slices of `volume`, as damaged slices are.
+std::vector<std::string> left_out(const Found& found, const DicomVolume& volume) {
+  std::set<std::string> endings;
+  for (const DicomSlice& slice : volume.slices)
+    endings.insert(lower_case(std::filesystem::path(slice.path).extension().string()));
+  // also packed ones, as a.dcm.gz
+  const auto is_like_slices = [&](const std::filesystem::path& path) {
+    const std::string name = lower_case(path.filename().string());
+    return name != "dicomdir" && std::ranges::any_of(endings, [&](const std::string& ending) {
+             return ending.empty() ? !path.has_extension() : name.find(ending) != std::string::npos;
+           });
+  };
+  std::vector<std::string> damaged;
+  std::ranges::copy_if(found.no_images, std::back_inserter(damaged), is_like_slices);
+  std::vector<std::string> out;
+  const auto add = [&](std::vector<std::string> files, const char* one, const char* many) {
+    files.erase(std::unique(files.begin(), files.end()), files.end());
+    if (!files.empty()) out.push_back(files_sentence(files, one, many));
+  };
+  add(found.unplaced, "does not state its position, orientation and pixel spacing",
+      "do not state their position, orientation and pixel spacing");
+  add(found.colours, "is a colour picture", "are colour pictures");
+  add(found.frames, "holds several frames without their positions",
+      "hold several frames without their positions");
+  add(damaged, "holds no DICOM image", "hold no DICOM image");
+  return out;
 }
 
 Result<DicomVolume> choose(const std::string& folder, Found found) {
@@ -130,8 +165,34 @@ Result<DicomVolume> choose(const std::string& folder, Found found) {
                     one_series ? "volumes of one series" : "series",
                     chosen.slices.front().modality == "CT" ? " CT" : "", described(chosen), others));
   }
-  for (auto& sentence : found.placeholders.sentences()) chosen.notes.push_back(sentence + "; ignored");
+  for (const auto& sentences : {found.placeholders.sentences(), left_out(found, chosen)})
+    for (const auto& sentence : sentences) chosen.notes.push_back(sentence + "; ignored");
   return chosen;
+}
+
+// Errors: slices of a CT series without the scaling that the others have.
+Result<void> check_scaling(const std::string& folder, const Slices& slices) {
+  if (slices.front().modality != "CT") return {};
+  const auto bare = std::ranges::count_if(slices, [](const DicomSlice& s) { return !s.is_scaled; });
+  if (bare > 0 && bare < std::ssize(slices))
+    return failure(folder,
+                   fmt::format("lacks RescaleSlope and RescaleIntercept in {} of its {} slices, so their "
+                               "CT numbers are unknown; add them or leave these slices out",
+                               bare, slices.size()));
+  return {};
+}
+
+// Errors: values beyond the range of CT numbers where some slices are declared signed and some unsigned.
+Result<void> check_signs(const std::string& folder, const Slices& slices, const Clamped& clamped) {
+  const auto is_signed =
+      std::ranges::count_if(slices, [](const DicomSlice& s) { return s.pixels.is_signed; });
+  if (slices.front().modality != "CT" || clamped.above == 0 || is_signed == 0 ||
+      is_signed == std::ssize(slices))
+    return {};
+  return failure(folder,
+                 fmt::format("declares {} of its {} slices as signed and the others as unsigned, and has "
+                             "values above 32767; correct PixelRepresentation",
+                             is_signed, slices.size()));
 }
 
 Result<FileQuantity> quantity_of(const std::string& folder, const std::string& modality,
@@ -324,6 +385,7 @@ Result<ScannedVolume> read_dicom_folder(const std::string& folder, const ReadOpt
   const DicomSlice& first = stack->slices.front();
   const auto quantity = quantity_of(folder, first.modality, options.quantity);
   if (!quantity) return tl::unexpected(quantity.error());
+  if (auto fine = check_scaling(folder, stack->slices); !fine) return tl::unexpected(fine.error());
 
   auto voxels = load(folder, stack->slices, options.progress);
   if (!voxels) return tl::unexpected(voxels.error());
@@ -339,6 +401,8 @@ Result<ScannedVolume> read_dicom_folder(const std::string& folder, const ReadOpt
   scanned.warnings.insert(scanned.warnings.end(), stack->notes.begin(), stack->notes.end());
   scanned.volume.voxels =
       to_int16(std::move(*voxels), slope, intercept, range, *quantity, scanned.warnings, &scanned.clamped);
+  if (auto fine = check_signs(folder, stack->slices, scanned.clamped); !fine)
+    return tl::unexpected(fine.error());
   if (!stack->sources.empty()) {
     const auto fits =
         admit_memory(folder, fmt::format("its {} slices, resampled to even spacing,", stack->sources.size()),

@@ -46,14 +46,14 @@ void list_folder(const fs::path& folder, const fs::path& root, std::set<fs::path
   }
 }
 
+}  // namespace
+
 std::string files_sentence(const std::vector<std::string>& paths, std::string_view one,
                            std::string_view many) {
   const std::string first = fs::path(paths.front()).filename().string();
   return paths.size() == 1 ? fmt::format("{} {}", first, one)
                            : fmt::format("{} files (the first is {}) {}", paths.size(), first, many);
 }
-
-}  // namespace
 
 bool Placeholders::add_if_placeholder(const std::string& path) {
   std::array<char, dicom_preamble + 1> start{};

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "error/error.hpp"
@@ -18,6 +19,10 @@ struct Placeholders {
   bool add_if_placeholder(const std::string& path);
   std::vector<std::string> sentences() const;  ///< one for each list that is not empty
 };
+
+/// "NAME `one`", or "N files (the first is NAME) `many`".
+std::string files_sentence(const std::vector<std::string>& paths, std::string_view one,
+                           std::string_view many);
 
 struct FolderFiles {
   std::vector<std::string> files;  ///< regular files, sorted by path

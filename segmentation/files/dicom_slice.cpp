@@ -120,8 +120,9 @@ constexpr const char* bad_scaling =
 
 // Text that is not a number becomes NaN, which scaling_fits() refuses.
 void take_scaling(const DicomItem& item, DicomSlice& slice) {
-  slice.slope = number_in(item.text(0x00281053)).value_or(slice.slope);
-  slice.intercept = number_in(item.text(0x00281052)).value_or(slice.intercept);
+  const auto slope = number_in(item.text(0x00281053)), intercept = number_in(item.text(0x00281052));
+  slice.slope = slope.value_or(slice.slope), slice.intercept = intercept.value_or(slice.intercept);
+  slice.is_scaled = slice.is_scaled || slope || intercept;
 }
 bool scaling_fits(const DicomSlice& slice) {
   return std::isfinite(slice.slope) && slice.slope != 0 && std::isfinite(slice.intercept);

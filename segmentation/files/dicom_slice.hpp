@@ -51,6 +51,7 @@ struct DicomSlice {
   std::optional<double> location;      ///< SliceLocation along the table, mm from any origin
   double reconstruction_diameter = 0;  ///< width of the reconstructed image, mm; 0: not given
   double slope = 1, intercept = 0;
+  bool is_scaled = false;         ///< the file gives slope and intercept
   std::optional<double> padding;  ///< stored value of pixels outside the picture
   std::string acquisition, temporal_position, echo,
       image_type;  ///< what may tell volumes of one series apart

@@ -43,6 +43,21 @@ Result<std::size_t> pixel_digest(const DicomSlice& slice, std::uint64_t most) {
   return std::hash<std::string_view>()(bytes);
 }
 
+// Whether two slices of one size hold the same values, however they are stored.
+Result<bool> have_same_values(const DicomSlice& a, const DicomSlice& b) {
+  const auto count = static_cast<std::size_t>(a.rows) * static_cast<std::size_t>(a.columns);
+  std::array<std::vector<std::int32_t>, 2> pixels{std::vector<std::int32_t>(count),
+                                                  std::vector<std::int32_t>(count)};
+  for (const auto& [slice, to] : {std::pair(&a, &pixels[0]), {&b, &pixels[1]}})
+    if (const auto read = read_dicom_pixels(*slice, std::span(*to)); !read)
+      return tl::unexpected(read.error());
+  const double within = 1e-6 * std::max(std::abs(a.slope), std::abs(b.slope));
+  for (std::size_t n = 0; n < count; ++n)
+    if (!(std::abs(a.slope * pixels[0][n] + a.intercept - b.slope * pixels[1][n] - b.intercept) <= within))
+      return false;
+  return true;
+}
+
 // Marks copies of an earlier slice among slices at one place along the normal.
 Result<std::vector<bool>> copies_among(std::span<const DicomSlice> slices) {
   std::vector<bool> copy(slices.size(), false);
@@ -69,9 +84,14 @@ Result<std::vector<bool>> copies_among(std::span<const DicomSlice> slices) {
   };
   for (std::size_t n = 1; n < slices.size(); ++n)
     for (std::size_t m = 0; m < n && !copy[n]; ++m) {
-      if (copy[m] || starts[m] != starts[n] || header(slices[m]) != header(slices[n]) ||
-          (*slices[m].position - *slices[n].position).norm() > same_place)
+      if (copy[m] || (*slices[m].position - *slices[n].position).norm() > same_place) continue;
+      if (header(slices[m]) != header(slices[n])) {  // stored in another way
+        const auto same = have_same_values(slices[m], slices[n]);
+        if (!same) return tl::unexpected(same.error());
+        copy[n] = *same;
         continue;
+      }
+      if (starts[m] != starts[n]) continue;
       const auto one = whole(m), other = whole(n);
       if (!one) return tl::unexpected(one.error());
       if (!other) return tl::unexpected(other.error());
@@ -204,34 +224,34 @@ std::vector<DicomVolume> part_series(DicomSlices once) {
   return {{std::move(once), "", {}}};
 }
 
-// ---------------------------------------------------------------- series of one slice
+// ---------------------------------------------------------------- series of few slices
 
-// Joins groups of one slice that differ only in their series UID, if they are evenly spaced.
-Result<void> join_single_slices(std::vector<DicomSlices>& groups, std::vector<DicomVolume>& volumes) {
-  std::vector<DicomSlices> alike;
+// Joins small groups that differ in their series alone: each of one slice, or all together evenly spaced.
+Result<void> join_small_series(std::vector<DicomSlices>& groups, std::vector<DicomVolume>& volumes) {
+  constexpr std::size_t small = 5;  // slices; a scan of a body has more
+  std::vector<std::vector<DicomSlices>> families;
   for (const DicomSlices& group : groups) {
-    if (group.size() > 1) continue;
-    const DicomSlice& slice = group.front();
-    const auto own = std::ranges::find_if(alike, [&](const DicomSlices& a) {
-      return look_alike(a.front(), slice) && a.front().series_description == slice.series_description;
-    });
-    own == alike.end() ? alike.push_back(group) : own->push_back(slice);
+    if (group.size() > small) continue;
+    const auto own = std::ranges::find_if(
+        families, [&](const auto& family) { return look_alike(family.front().front(), group.front()); });
+    own == families.end() ? families.push_back({group}) : own->push_back(group);
   }
-  for (DicomSlices& slices : alike) {
-    if (slices.size() < 3) continue;
-    const std::size_t all = slices.size();
-    std::vector<std::string> series;
-    for (const auto& s : slices) series.push_back(s.series_uid);
+  for (const std::vector<DicomSlices>& family : families) {
+    if (family.size() < 3) continue;
+    DicomSlices slices;
+    for (const DicomSlices& group : family) slices.insert(slices.end(), group.begin(), group.end());
+    const bool singles = slices.size() == family.size();
     const auto copies = drop_copies(slices);
     if (!copies) return tl::unexpected(copies.error());
-    if (slices.size() < 3 || !missing_slices(slices) || !in_one_line(slices)) continue;
+    if (slices.size() < 3 || has_double_places(slices) || !in_one_line(slices) ||
+        !(singles || missing_slices(slices) == 0))
+      continue;
     std::erase_if(groups, [&](const DicomSlices& g) {
-      return g.size() == 1 && std::ranges::find(series, g.front().series_uid) != series.end() &&
-             look_alike(g.front(), slices.front());
+      return g.size() <= small && look_alike(g.front(), slices.front());
     });
     DicomVolume volume{std::move(slices), "", {}};
     volume.notes.push_back(
-        fmt::format("each of the {} slices has its own series UID; they were read as one series", all));
+        fmt::format("its slices have {} different series UIDs; they were read as one series", family.size()));
     if (*copies) volume.notes.push_back(fmt::format("{} slices appear twice", *copies));
     volumes.push_back(std::move(volume));
   }
@@ -246,7 +266,7 @@ bool belong_together(const DicomSlice& a, const DicomSlice& b) {
 
 Result<std::vector<DicomVolume>> volumes_of(std::vector<DicomSlices> groups) {
   std::vector<DicomVolume> volumes;
-  if (const auto joined = join_single_slices(groups, volumes); !joined) return tl::unexpected(joined.error());
+  if (const auto joined = join_small_series(groups, volumes); !joined) return tl::unexpected(joined.error());
   for (DicomSlices& group : groups) {
     const auto copies = drop_copies(group);
     if (!copies) return tl::unexpected(copies.error());

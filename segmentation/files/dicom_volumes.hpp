@@ -19,9 +19,9 @@ bool belong_together(const DicomSlice& a, const DicomSlice& b);
 
 /// Makes volumes of groups of slices that belong together.
 ///
-/// - A slice with the position, scaling and stored pixels of another is a copy, whatever its UIDs, and
-/// dropped.
-/// - Slices that each have their own series are one series if they are evenly spaced.
+/// - A slice with the position and values of another is a copy, whatever its UIDs and packing, and dropped.
+/// - Three or more series of one slice each are one series; so are those of up to five slices if all their
+///   slices together are evenly spaced without gaps.
 /// - A series with different images at one place is split by the first attribute that leaves no place twice
 ///   (acquisition, time, echo, image type).
 /// - Acquisitions that overlap by less than half are stations of one body and joined. Where they overlap, the

@@ -2,33 +2,8 @@
 
 #include <fmt/core.h>
 
-#include <algorithm>
-#include <mutex>
-#include <vector>
-
-#include "threads/slabs.hpp"
-
 namespace borelli {
-namespace {
-
-constexpr std::size_t all_values = 1 << 16;
-
-std::vector<std::int64_t> histogram(const GreyVolume& volume) {
-  std::vector<std::int64_t> counts(all_values);
-  std::mutex mutex;
-  in_slabs(std::ssize(volume.voxels), 0, [&](std::int64_t first, std::int64_t last) {
-    std::vector<std::int64_t> own(all_values);
-    for (std::int64_t n = first; n < last; ++n)
-      ++own[static_cast<std::uint16_t>(volume.voxels[static_cast<std::size_t>(n)])];
-    const std::lock_guard lock(mutex);
-    for (std::size_t n = 0; n < all_values; ++n) counts[n] += own[n];
-  });
-  return counts;
-}
-
-}  // namespace
-
-DisplayWindow display_window(const GreyVolume& volume) {
+DisplayWindow display_window(const ValueCounts& counts) {
   constexpr int beside = 20;         // values next to an end; a clipped end stands out among them
   constexpr double piled = 10;       // times the mean voxel count of the other values
   constexpr int fewest = 64;         // different values in an image with noise or partial volumes
@@ -36,11 +11,7 @@ DisplayWindow display_window(const GreyVolume& volume) {
   constexpr int densest_cut = 1500;  // HU: cortical bone exceeds this
   constexpr double much = 0.1, some = 0.002;
   DisplayWindow window;
-  if (volume.quantity != Quantity::hu) return window;
-  const auto counts = histogram(volume);
-  const auto count = [&](int value) {
-    return static_cast<double>(counts[static_cast<std::uint16_t>(static_cast<std::int16_t>(value))]);
-  };
+  const auto count = [&](int value) { return static_cast<double>(counts.at(value)); };
   int least = padding_hu + 1, greatest = INT16_MAX, different = 0;
   while (least < greatest && count(least) == 0) ++least;
   while (greatest > least && count(greatest) == 0) --greatest;

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-#include "segmentation/volume/volume.hpp"
+#include "segmentation/files/value_counts.hpp"
 
 namespace borelli {
 
@@ -16,9 +16,8 @@ struct DisplayWindow {
   bool high_cut = false;                 ///< values above `greatest` were clipped to it: bone is capped
 };
 
-/// Judges CT numbers only (quantity hu). Says nothing about volumes with few different values (drawn bodies,
-/// water in air).
-DisplayWindow display_window(const GreyVolume& volume);
+/// Judges CT numbers. Says nothing about volumes with few different values (drawn bodies, water in air).
+DisplayWindow display_window(const ValueCounts& counts);
 
 /// A sentence without subject on what to do about a low cut: "cannot hold CT numbers: ...".
 std::string advice_on(const DisplayWindow& window);

@@ -1,5 +1,7 @@
 #include "segmentation/files/header_text.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -7,6 +9,7 @@
 #include <cmath>
 #include <limits>
 
+#include "error/printable.hpp"
 #include "segmentation/files/byte_stream.hpp"
 
 namespace borelli {
@@ -14,7 +17,14 @@ namespace {
 
 constexpr std::size_t longest = std::size_t{1} << 20;  // bytes; headers have hundreds
 
-bool separates(char c) { return std::string_view(" \t,()[]{}\"").find(c) != std::string_view::npos; }
+// The whole word as a number.
+std::optional<double> exact_number(std::string_view word) {
+  if (word.starts_with('+')) word.remove_prefix(1);
+  double value = 0;
+  const auto [rest, trouble] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (trouble != std::errc() || rest != word.data() + word.size()) return std::nullopt;
+  return value;
+}
 
 }  // namespace
 
@@ -62,30 +72,35 @@ std::string lower_case(std::string_view text) {
   return lower;
 }
 
-std::vector<double> numbers_in(std::string_view text) {
+std::optional<std::vector<double>> numbers_in(std::string_view text) {
   std::vector<double> numbers;
-  while (true) {
-    while (!text.empty() && separates(text.front())) text.remove_prefix(1);
-    if (text.empty()) return numbers;
-    if (text.front() == '+') text.remove_prefix(1);
-    double value = 0;
-    const auto [rest, trouble] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (trouble != std::errc()) return numbers;
-    text.remove_prefix(static_cast<std::size_t>(rest - text.data()));
-    numbers.push_back(value);
-    if (!text.empty() && !separates(text.front())) return numbers;
+  for (text = trimmed(text); !text.empty(); text = trimmed(text)) {
+    std::string_view word = text.substr(0, text.find_first_of(" \t"));
+    text.remove_prefix(word.size());
+    if (word.ends_with(',')) word.remove_suffix(1);
+    const auto number = exact_number(word);
+    if (!number) return std::nullopt;
+    numbers.push_back(*number);
   }
+  return numbers;
+}
+
+Result<std::vector<double>> field_numbers(const std::string& path, std::string_view name,
+                                          std::string_view text, std::size_t count) {
+  auto numbers = numbers_in(text);
+  if (numbers && (numbers->empty() || count == 0 || numbers->size() == count)) return *std::move(numbers);
+  const std::string_view tail = text.substr(std::min(text.find(','), text.size()));  // from a comma on
+  const bool decimal = tail.size() > 1 && std::isdigit(static_cast<unsigned char>(tail[1]));
+  return failure(path,
+                 fmt::format("has a damaged header: {} is '{}'; expected {} separated by blanks{}", name,
+                             printable(text), count == 0 ? "numbers" : fmt::format("{} numbers", count),
+                             decimal ? ", with decimal points instead of commas" : ""));
 }
 
 std::optional<double> number_in(std::string_view text) {
   text = trimmed(text);
   if (text.empty()) return std::nullopt;
-  if (text.front() == '+') text.remove_prefix(1);
-  double value = 0;
-  const auto [rest, trouble] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (trouble != std::errc() || rest != text.data() + text.size())
-    return std::numeric_limits<double>::quiet_NaN();
-  return value;
+  return exact_number(text).value_or(std::numeric_limits<double>::quiet_NaN());
 }
 
 std::int64_t whole_number(double value) {

@@ -25,8 +25,13 @@ Result<HeaderText> read_header_text(const std::string& path,
 std::string_view trimmed(std::string_view text);
 std::string lower_case(std::string_view text);
 
-/// All numbers in `text`, separated by blanks, commas and brackets. Stops at the first other text.
-std::vector<double> numbers_in(std::string_view text);
+/// The numbers in `text`, separated by blanks; a comma may follow a number. Empty if a word is no number.
+std::optional<std::vector<double>> numbers_in(std::string_view text);
+
+/// The numbers of the header field `name`, whose text is `text`; none if it is empty. Errors: a word that is no
+/// number, e.g. with a decimal comma; another count than `count` (0: any).
+Result<std::vector<double>> field_numbers(const std::string& path, std::string_view name,
+                                          std::string_view text, std::size_t count = 0);
 
 /// `text` as a number; NaN if it is not one, empty if `text` is empty.
 std::optional<double> number_in(std::string_view text);

@@ -4,9 +4,11 @@
 // as in ITK. AnatomicalOrientation repeats TransformMatrix, often wrongly, and is ignored, as in ITK.
 #include <fmt/format.h>
 
+#include <array>
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <tuple>
 
 #include "error/printable.hpp"
 #include "segmentation/files/header_text.hpp"
@@ -77,8 +79,10 @@ std::optional<Scalar> scalar_of(std::string_view type) {
 }
 
 Result<void> check_dimensions(const std::string& path, const MetaImage& meta) {
-  const auto dims = numbers_in(meta.tag("NDims")), sizes = numbers_in(meta.tag("DimSize"));
-  if (dims.size() != 1 || sizes.empty() || static_cast<double>(sizes.size()) != dims[0])
+  const auto given_sizes = field_numbers(path, "DimSize", meta.tag("DimSize"));
+  if (!given_sizes) return tl::unexpected(given_sizes.error());
+  const std::vector<double>& sizes = *given_sizes;
+  if (sizes.empty() || number_in(meta.tag("NDims")) != static_cast<double>(sizes.size()))
     return failure(path, "has a damaged header: NDims and DimSize disagree");
   for (const double size : sizes)
     if (!(size >= 1 && size <= 100000) || size != std::floor(size))
@@ -92,11 +96,10 @@ Result<void> check_dimensions(const std::string& path, const MetaImage& meta) {
           path,
           fmt::format("contains {} volumes along dimension {}; give a file with one three-dimensional volume",
                       sizes[i], i + 1));
-  const auto channels = numbers_in(meta.tag("ElementNumberOfChannels"));
-  if (!channels.empty() && channels[0] != 1)
-    return failure(path,
-                   fmt::format("contains {} values per voxel (colours or vectors); one grey value is needed",
-                               channels[0]));
+  if (const auto channels = number_in(meta.tag("ElementNumberOfChannels")).value_or(1); channels != 1)
+    return failure(
+        path,
+        fmt::format("contains {} values per voxel (colours or vectors); one grey value is needed", channels));
   return {};
 }
 
@@ -104,20 +107,24 @@ Result<void> check_dimensions(const std::string& path, const MetaImage& meta) {
 // not of unit length give the voxel size a second time.
 Result<void> place(const std::string& path, const MetaImage& meta, ImageHeader& header) {
   Grid& grid = header.grid;
-  const auto sizes = numbers_in(meta.tag("DimSize"));
+  const auto sizes = numbers_in(meta.tag("DimSize")).value_or(std::vector<double>{});
   const std::size_t n = sizes.size();
-  const auto spacing = numbers_in(meta.any({"ElementSpacing", "ElementSize"}));
-  const auto matrix = numbers_in(meta.any({"TransformMatrix", "Orientation", "Rotation"}));
-  const auto origin = numbers_in(meta.any({"Offset", "Position", "Origin"}));
-  if (spacing.size() != n)
-    return failure(path, fmt::format("has a damaged header: ElementSpacing has {} numbers, expected {}",
-                                     spacing.size(), n));
-  if (!matrix.empty() && matrix.size() != n * n)
-    return failure(path, fmt::format("has a damaged header: TransformMatrix has {} numbers, expected {}",
-                                     matrix.size(), n * n));
-  if (!origin.empty() && origin.size() != n)
-    return failure(path,
-                   fmt::format("has a damaged header: Offset has {} numbers, expected {}", origin.size(), n));
+  const bool sizes_alone = meta.tag("ElementSpacing").empty();
+  std::array<std::vector<double>, 4> numbers;  // spacing, size, matrix, origin
+  const std::array<std::tuple<const char*, std::string_view, std::size_t>, 4> given{
+      {{"ElementSpacing", meta.tag("ElementSpacing"), n},
+       {"ElementSize", meta.tag("ElementSize"), n},
+       {"TransformMatrix", meta.any({"TransformMatrix", "Orientation", "Rotation"}), n * n},
+       {"Offset", meta.any({"Offset", "Position", "Origin"}), n}}};
+  for (std::size_t f = 0; f < given.size(); ++f) {
+    const auto& [name, text, count] = given[f];
+    auto read = field_numbers(path, name, text, count);
+    if (!read) return tl::unexpected(read.error());
+    numbers[f] = *std::move(read);
+  }
+  const auto& [spacing_field, size_field, matrix, origin] = numbers;
+  const std::vector<double>& spacing = sizes_alone ? size_field : spacing_field;
+  if (spacing.empty()) return failure(path, "does not state its voxel size: it has no ElementSpacing");
   for (std::size_t c = 0; c < 3; ++c) {
     grid.size[c] = whole_number(sizes[c]);
     for (std::size_t r = 0; r < 3; ++r) {
@@ -128,9 +135,8 @@ Result<void> place(const std::string& path, const MetaImage& meta, ImageHeader& 
   }
   const Vector3d spaced = Vector3d(spacing.data()).cwiseAbs();
   std::vector<SizeField> fields{{"ElementSpacing", spaced}};
-  if (const auto size = numbers_in(meta.tag("ElementSize"));
-      size.size() == n && !meta.tag("ElementSpacing").empty())
-    fields.push_back({"ElementSize", Vector3d(size.data()), true});
+  if (!sizes_alone && !size_field.empty())
+    fields.push_back({"ElementSize", Vector3d(size_field.data()), true});
   const Vector3d rows = grid.axes.colwise().norm().transpose().cwiseQuotient(spaced);
   if (((rows.array() - 1).abs() > 0.01).any()) fields.push_back({"TransformMatrix", rows});
   const auto size = voxel_size(path, fields, header.warnings);
@@ -151,8 +157,7 @@ Result<void> locate_voxels(const std::string& path, const MetaImage& meta, Image
   }
   const auto files = named_files(path, file, meta.names, header.grid.size[2]);
   if (!files) return tl::unexpected(files.error());
-  const auto skip = numbers_in(meta.tag("HeaderSize"));
-  const double bytes = skip.empty() ? 0 : skip[0];
+  const double bytes = number_in(meta.tag("HeaderSize")).value_or(0);
   if (!(bytes >= -1 && bytes < 1e12)) return failure(path, "has a damaged header: HeaderSize is impossible");
   if (bytes < 0 && (header.packing != ByteSource::Packing::plain || header.text))
     return failure(

@@ -135,9 +135,9 @@ Result<std::vector<ImageSegment>> segments_of(const std::string& path, const Nrr
     };
     if (key("ID").empty() && key("Name").empty() && key("LabelValue").empty()) return segments;
     // older versions without these keys store one segment per layer, with value 1
-    const auto value = numbers_in(key("LabelValue")), layer = numbers_in(key("Layer"));
-    ImageSegment segment{std::string(key("Name")), value.empty() ? 1 : whole_number(value[0]),
-                         layer.empty() ? std::min<std::int64_t>(n, layers - 1) : whole_number(layer[0]),
+    const auto value = number_in(key("LabelValue")), layer = number_in(key("Layer"));
+    ImageSegment segment{std::string(key("Name")), value ? whole_number(*value) : 1,
+                         layer ? whole_number(*layer) : std::min<std::int64_t>(n, layers - 1),
                          other_names_of(key("Name"), key("ID"), key("Tags"))};
     if (segment.value < 1 || segment.layer < 0 || segment.layer >= layers)
       return failure(
@@ -195,7 +195,7 @@ Vector3d to_lps(std::string_view space, std::vector<std::string>& warnings) {
   return {1, 1, 1};
 }
 
-// one vector "(x,y,z)" per axis, "none" for an axis outside space
+// one vector "(x,y,z)" per axis, "none" for an axis outside space; ends at what is neither
 std::vector<std::vector<double>> vectors_in(std::string_view text) {
   std::vector<std::vector<double>> vectors;
   while (true) {
@@ -208,7 +208,9 @@ std::vector<std::vector<double>> vectors_in(std::string_view text) {
     }
     const auto end = text.find(')');
     if (text.front() != '(' || end == std::string_view::npos) return vectors;
-    vectors.push_back(numbers_in(text.substr(0, end)));
+    std::string inside(text.substr(1, end - 1));
+    std::ranges::replace(inside, ',', ' ');
+    vectors.push_back(numbers_in(inside).value_or(std::vector<double>{}));
     text.remove_prefix(end + 1);
   }
 }
@@ -225,13 +227,16 @@ Result<double> millimetres(const std::string& path, std::string_view units) {
 }
 
 Result<void> place(const std::string& path, const Nrrd& nrrd, const std::vector<std::size_t>& axes,
-                   ImageHeader& header) {
+                   std::size_t dimension, ImageHeader& header) {
   const Vector3d flip = to_lps(nrrd.field("space"), header.warnings);
   const auto unit = millimetres(path, nrrd.field("space units"));
   if (!unit) return tl::unexpected(unit.error());
   const auto directions = vectors_in(nrrd.field("space directions"));
-  const auto spacings = numbers_in(nrrd.field("spacings")),
-             thicknesses = numbers_in(nrrd.field("thicknesses"));
+  const auto given_spacings = field_numbers(path, "'spacings'", nrrd.field("spacings"), dimension),
+             given_thicknesses = field_numbers(path, "'thicknesses'", nrrd.field("thicknesses"), dimension);
+  for (const auto& given : {given_spacings, given_thicknesses})
+    if (!given) return tl::unexpected(given.error());
+  const std::vector<double>&spacings = *given_spacings, &thicknesses = *given_thicknesses;
   const auto units = nrrd.field("units");
   const double own_unit = units.empty() ? *unit : millimetres(path, units).value_or(*unit);
   for (int c = 0; c < 3; ++c) {
@@ -264,8 +269,15 @@ Result<void> place(const std::string& path, const Nrrd& nrrd, const std::vector<
   const auto size = voxel_size(path, fields, header.warnings);
   if (!size) return tl::unexpected(size.error());
   resize_axes(header.grid.axes, *size);
-  if (const auto origin = numbers_in(nrrd.field("space origin")); origin.size() == 3)
-    header.grid.origin = *unit * flip.cwiseProduct(Vector3d(origin.data()));
+  if (const std::string_view given = nrrd.field("space origin"); !given.empty()) {
+    const auto origin = vectors_in(given);
+    if (origin.size() != 1 || origin[0].size() != 3)
+      return failure(path,
+                     fmt::format("has a damaged header: 'space origin' is '{}'; expected one vector of three "
+                                 "numbers, as (0,0,0)",
+                                 printable(given)));
+    header.grid.origin = *unit * flip.cwiseProduct(Vector3d(origin[0].data()));
+  }
   return {};
 }
 
@@ -292,8 +304,7 @@ Result<void> locate_voxels(const std::string& path, const Nrrd& nrrd, ImageHeade
   }
   const auto number = [&](std::string_view one, std::string_view other) {
     const auto text = nrrd.field(one).empty() ? nrrd.field(other) : nrrd.field(one);
-    const auto numbers = numbers_in(text);
-    return numbers.empty() ? 0.0 : std::floor(numbers.front());
+    return std::floor(number_in(text).value_or(0));
   };
   const double lines = number("line skip", "lineskip"), bytes = number("byte skip", "byteskip");
   if (!(lines >= 0 && lines < 1e6 && bytes >= -1 && bytes < (packed ? 1e9 : 1e12)) ||
@@ -325,9 +336,10 @@ Result<ImageHeader> read_nrrd_header(const std::string& path) {
   const std::string endian = lower_case(nrrd->field("endian"));
   header.big_endian = endian == "big";
 
-  const auto sizes = numbers_in(nrrd->field("sizes"));
-  const auto dimension = numbers_in(nrrd->field("dimension"));
-  if (dimension.size() != 1 || dimension[0] != static_cast<double>(sizes.size()))
+  const auto given_sizes = field_numbers(path, "'sizes'", nrrd->field("sizes"));
+  if (!given_sizes) return tl::unexpected(given_sizes.error());
+  const std::vector<double>& sizes = *given_sizes;
+  if (number_in(nrrd->field("dimension")) != static_cast<double>(sizes.size()))
     return failure(path, "has a damaged header: 'dimension' and 'sizes' disagree");
   const auto layers = layer_axis(*nrrd, sizes);
   const auto axes = volume_axes(path, sizes, nrrd->field("kinds"), layers);
@@ -337,7 +349,8 @@ Result<ImageHeader> read_nrrd_header(const std::string& path) {
   if (!segments) return tl::unexpected(segments.error());
   header.segments = std::move(*segments);
   for (std::size_t c = 0; c < 3; ++c) header.grid.size[c] = whole_number(sizes[(*axes)[c]]);
-  if (const auto placed = place(path, *nrrd, *axes, header); !placed) return tl::unexpected(placed.error());
+  if (const auto placed = place(path, *nrrd, *axes, sizes.size(), header); !placed)
+    return tl::unexpected(placed.error());
   if (const auto found = locate_voxels(path, *nrrd, header); !found) return tl::unexpected(found.error());
   if (scalar_bytes(*scalar) > 1 && !header.text && endian != "little" && endian != "big")
     return failure(path, "does not state its byte order ('endian: little' or 'endian: big')");

@@ -4,47 +4,12 @@
 
 #include <algorithm>
 #include <limits>
-#include <mutex>
 #include <utility>
 
 #include "segmentation/files/display_window.hpp"
-#include "threads/clones.hpp"
-#include "threads/slabs.hpp"
 
 namespace borelli {
 namespace {
-
-// block length: counts fit into 16 bits, which a vector register holds the most of
-constexpr std::int64_t together = 1 << 15;
-
-BORELLI_VECTOR_CLONES
-void find_ends(const std::int16_t* at, std::int64_t count, ValueCounts& counts) {
-  std::int16_t least = counts.least, greatest = counts.greatest;
-  for (std::int64_t n = 0; n < count; ++n)
-    least = std::min(least, at[n]), greatest = std::max(greatest, at[n]);
-  counts.least = least, counts.greatest = greatest;
-}
-
-BORELLI_VECTOR_CLONES
-void count_block(const std::int16_t* at, std::int64_t count, ValueCounts& counts) {
-  std::uint16_t unseen = 0, low = 0, soft = 0, zero = 0, raised = 0, beside = 0, wrapped = 0;
-  for (std::int64_t n = 0; n < count; ++n) {
-    const std::int16_t v = at[n];
-    unseen = static_cast<std::uint16_t>(unseen + (v == padding_hu));
-    low = static_cast<std::uint16_t>(low + (v < -200));
-    soft = static_cast<std::uint16_t>(soft + ((v >= -200) & (v <= 200)));
-    zero = static_cast<std::uint16_t>(zero + ((v >= -76) & (v <= 124)));
-    raised = static_cast<std::uint16_t>(raised + ((v >= 824) & (v <= 1224)));
-    beside = static_cast<std::uint16_t>(beside + (((v >= 424) & (v < 824)) | (v > 1224)));
-    // 3072 and above: 12-bit CT numbers end at 3071, the value of metal
-    wrapped =
-        static_cast<std::uint16_t>(wrapped + (((v >= 3072) & (v <= 3196)) | ((v >= 7168) & (v <= 7292)) |
-                                              ((v >= 15360) & (v <= 15484)) | ((v >= 31744) & (v <= 31868))));
-  }
-  counts.seen += count - unseen, counts.below_tissue += low - unseen;
-  counts.soft += soft, counts.near_zero += zero, counts.raised += raised, counts.beside_raised += beside;
-  counts.wrapped += wrapped;
-}
 
 double share(std::int64_t part, std::int64_t whole) {
   return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0;
@@ -52,71 +17,92 @@ double share(std::int64_t part, std::int64_t whole) {
 
 std::string percent(double share) { return fmt::format("{:.3g} %", 100 * share); }
 
-}  // namespace
+constexpr int below_tissue = -200;  // HU: air and lungs lie below
 
-ValueCounts count_values(const GreyVolume& volume) {
-  ValueCounts all;
-  all.least = all.greatest = volume.voxels.front();
-  std::mutex mutex;
-  in_slabs(std::ssize(volume.voxels), 0, [&](std::int64_t first, std::int64_t last) {
-    ValueCounts own;
-    own.least = own.greatest = volume.voxels.front();
-    for (std::int64_t from = first; from < last; from += together) {
-      const std::int64_t count = std::min(together, last - from);
-      find_ends(volume.voxels.data() + from, count, own);
-      if (volume.quantity == Quantity::hu) count_block(volume.voxels.data() + from, count, own);
-    }
-    const std::lock_guard lock(mutex);
-    all.least = std::min(all.least, own.least), all.greatest = std::max(all.greatest, own.greatest);
-    all.seen += own.seen, all.below_tissue += own.below_tissue, all.soft += own.soft;
-    all.near_zero += own.near_zero, all.raised += own.raised, all.beside_raised += own.beside_raised;
-    all.wrapped += own.wrapped;
-  });
-  return all;
+// Compares the values below tissue with those of air, which has -1000 HU. Lungs have -900 to -600: a scan of a
+// chest's inside alone may show nothing else. Errors: most of these values lie where neither is.
+Result<void> check_air(const std::string& path, const ValueCounts& counts, std::int64_t too_low,
+                       std::vector<std::string>& warnings) {
+  constexpr int half_width = 50, highest_air = -900, highest_lung = -600;
+  constexpr double enough = 0.05, most = 0.75, hardly_any = 0.01;
+  const std::int64_t low = counts.between(padding_hu + 1, below_tissue - 1);
+  if (too_low > low / 2 && share(too_low, counts.seen()) > 0.01)
+    return failure(path, fmt::format("is not a volume of CT numbers: {} of its voxels below tissue are below "
+                                     "-1100, lower than air; check whether the intercept was applied twice "
+                                     "(unseen voxels have one value, or NaN)",
+                                     percent(share(too_low, low))));
+  if (share(low, counts.seen()) < enough) return {};
+  int first = 0, last = 0;  // values about which most others lie
+  std::int64_t at_peak = 0;
+  for (int value = padding_hu + 1; value < below_tissue; ++value) {
+    const auto about = counts.between(value - half_width, std::min(value + half_width, below_tissue - 1));
+    if (about < at_peak) continue;
+    if (about > at_peak) first = value;
+    last = value, at_peak = about;
+  }
+  const int peak = (first + last) / 2;
+  if (peak > highest_lung && share(at_peak, low) > most)
+    return failure(
+        path, fmt::format("is not a volume of CT numbers: {} of its voxels below tissue lie within {} of "
+                          "{}, but air has -1000; check slope and intercept",
+                          percent(share(at_peak, low)), half_width, peak));
+  if (share(counts.between(padding_hu + 1, highest_air), low) < hardly_any)
+    warnings.push_back(
+        fmt::format("hardly any of the voxels below tissue lie near -1000, where air lies, most "
+                    "near {}; check slope and intercept",
+                    peak));
+  return {};
 }
+
+}  // namespace
 
 Result<void> check_values(const std::string& path, const GreyVolume& volume, const ValueCounts& counts,
                           const Clamped& clamped, std::vector<std::string>& warnings) {
+  const auto all = static_cast<std::int64_t>(volume.voxels.size()), seen = counts.seen();
+  constexpr double few = 0.05;
+  if (volume.quantity == Quantity::density_kgm3 && share(clamped.below, all) > few)
+    return failure(path,
+                   fmt::format("is not a volume of densities: {} of its voxels are below -100 kg/m3; check "
+                               "slope and intercept",
+                               percent(share(clamped.below, all))));
   if (volume.quantity != Quantity::hu) return {};
-  const auto all = static_cast<std::int64_t>(volume.voxels.size());
-  const bool airless = share(counts.below_tissue, counts.seen) < 1e-3;
-  const double above = share(clamped.above, all), below = share(clamped.below, all);
-  const double wrapped = above + share(counts.wrapped, all);
+  const bool airless = share(counts.between(padding_hu + 1, below_tissue - 1), seen) < 1e-3;
+  const double above = share(clamped.above, all);
+  double wrapped = above;  // air's -1024 to -900 as unsigned numbers of 12 to 15 bits; 3071 is metal's value
+  for (const int bits : {12, 13, 14, 15})
+    wrapped += share(counts.between((1 << bits) - 1024, (1 << bits) - 900), all);
   if (airless && wrapped > 0.05)
     return failure(path, fmt::format("is not a volume of CT numbers: its signed numbers were stored as "
                                      "unsigned ({} of its voxels have such values, none is below -200); "
                                      "declare them as signed (PixelRepresentation 1, or a signed voxel type)",
                                      percent(wrapped)));
-  const bool two_peaks = counts.raised > 4 * counts.beside_raised &&
-                         share(counts.raised, counts.seen) > 0.05 &&
-                         share(counts.near_zero, counts.seen) > 0.01;
+  // with 1000 or 1024 added, soft tissue lies in the first range, hardly anything beside it, air in the last
+  const std::int64_t raised = counts.between(824, 1224), near_zero = counts.between(-76, 124),
+                     beside = counts.between(424, 823) + counts.between(1225, INT16_MAX);
+  const bool two_peaks = raised > 4 * beside && share(raised, seen) > 0.05 && share(near_zero, seen) > 0.01;
   if (airless && two_peaks)
     return failure(path,
                    fmt::format("is not a volume of CT numbers: {} of its voxels look like soft tissue with "
                                "1000 or 1024 added, {} like such air, and none is below -200; subtract the "
                                "offset, or state it in the header (RescaleIntercept -1024, scl_inter -1024)",
-                               percent(share(counts.raised, counts.seen)),
-                               percent(share(counts.near_zero, counts.seen))));
-  const DisplayWindow window = display_window(volume);
+                               percent(share(raised, seen)), percent(share(near_zero, seen))));
+  const DisplayWindow window = display_window(counts);
   if (window.low_cut) return failure(path, advice_on(window));
   if (window.high_cut)
     warnings.push_back(
         fmt::format("{} of its voxels have the greatest value, {}: denser bone was cut off there and will "
                     "weigh too little; export the scan without a display window",
                     percent(window.at_greatest), window.greatest));
-  constexpr double few = 0.05;
-  if (below + above > few)
-    return failure(
-        path, fmt::format(
-                  "is not a volume of CT numbers: {} of its voxels are {}; {}", percent(below + above),
-                  below > above ? "below -1500 with many different values" : "above 32767",
-                  below > above
-                      ? "check whether the intercept was applied twice (unseen voxels have one value, or NaN)"
-                      : "check slope and voxel type"));
+  if (above > few)
+    return failure(path,
+                   fmt::format("is not a volume of CT numbers: {} of its voxels are above 32767; check slope "
+                               "and voxel type",
+                               percent(above)));
+  if (auto fine = check_air(path, counts, clamped.below, warnings); !fine) return fine;
   if (airless)
     warnings.push_back(
         "no value is below -200, so the volume shows no air; CT numbers with 1024 added look like that");
-  else if (share(counts.soft, counts.seen) < 1e-3)
+  else if (share(counts.between(-200, 200), seen) < 1e-3)
     warnings.push_back(
         "hardly any value lies between -200 and 200, where soft tissue lies; check slope and intercept");
   return {};

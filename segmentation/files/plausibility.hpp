@@ -11,23 +11,10 @@
 
 #include "error/error.hpp"
 #include "segmentation/files/quantity.hpp"
+#include "segmentation/files/value_counts.hpp"
 #include "segmentation/volume/volume.hpp"
 
 namespace borelli {
-
-/// Counts of voxels in the ranges of values that check_values judges by.
-struct ValueCounts {
-  std::int16_t least = 0, greatest = 0;  ///< of all voxels, padding included
-  // Set for CT numbers only:
-  std::int64_t seen = 0;           ///< all except padding
-  std::int64_t below_tissue = 0;   ///< below -200: air, lungs
-  std::int64_t soft = 0;           ///< -200 to 200
-  std::int64_t near_zero = 0;      ///< -76 to 124: air if 1000 or 1024 was added
-  std::int64_t raised = 0;         ///< 824 to 1224: soft tissue if 1000 or 1024 was added
-  std::int64_t beside_raised = 0;  ///< 424 to 823, above 1224: nearly empty in that case
-  std::int64_t wrapped = 0;        ///< air's -1024 to -900 as unsigned numbers of 12 to 15 bits
-};
-ValueCounts count_values(const GreyVolume& volume);
 
 /// Checks the values of a volume read from `path` and adds doubts to `warnings`. Errors: impossible CT
 /// numbers, with the likely cause.

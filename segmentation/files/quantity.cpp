@@ -166,7 +166,7 @@ Result<void> check(const std::string& path, FileQuantity q, const ValueRange& r,
 
 struct Changes {
   std::size_t below = 0, above = 0, not_finite = 0, padding = 0;
-  std::size_t far_below = 0;  // part of `below`: lower than noise in air
+  std::size_t far_below = 0;  // part of `below`, lower than noise in air
 
   Changes& operator+=(const Changes& other) {
     below += other.below, above += other.above, not_finite += other.not_finite, padding += other.padding;
@@ -175,7 +175,7 @@ struct Changes {
   }
 };
 
-constexpr std::int32_t below_noise = -1100, far_below_air = -1500;  // HU
+constexpr std::int32_t below_noise = -1100, below_zero = -100;  // lower than noise in air: HU; kg/m3
 
 // The padding value: lower than any noise in air, and more frequent than chance. NaN: none.
 double padding_of(const ValueRange& r) {
@@ -188,12 +188,12 @@ double padding_of(const ValueRange& r) {
 // Conversion of 16-bit whole numbers: times * (stored & mask) + plus, clamped from `least` to 32767; the
 // value `unseen` becomes padding_hu.
 struct Whole {
-  std::int32_t mask, times, plus, least, unseen;
+  std::int32_t mask, times, plus, least, far, unseen;
 };
 
 BORELLI_VECTOR_CLONES
 Changes convert_whole(std::int16_t* at, std::int64_t count, const Whole& whole) {
-  const auto [mask, times, plus, least, unseen] = whole;
+  const auto [mask, times, plus, least, lowest, unseen] = whole;
   constexpr std::int32_t greatest = 32767;
   Changes changes;
   constexpr std::int64_t together = 1 << 15;
@@ -205,7 +205,7 @@ Changes convert_whole(std::int16_t* at, std::int64_t count, const Whole& whole) 
       const bool seen = value != unseen;
       padded += !seen;
       below += seen & (value < least);
-      far += seen & (value < far_below_air);
+      far += seen & (value < lowest);
       above += value > greatest;
       const std::int32_t clamped = std::max(least, std::min(value, greatest));
       at[n] = static_cast<std::int16_t>(seen ? clamped : padding_hu);
@@ -218,12 +218,13 @@ Changes convert_whole(std::int16_t* at, std::int64_t count, const Whole& whole) 
 // As convert, if are_whole: `low`, and `padding` unless NaN, are whole too.
 template <class T>
 Changes convert_whole(std::vector<std::int16_t>& storage, std::size_t count, double slope, double intercept,
-                      double low, double padding) {
+                      double low, double far, double padding) {
   const Whole whole{
       .mask = std::is_signed_v<T> ? -1 : 0xffff,
       .times = static_cast<std::int32_t>(slope),
       .plus = static_cast<std::int32_t>(intercept),
       .least = static_cast<std::int32_t>(low),
+      .far = static_cast<std::int32_t>(far),
       // (larger than any value)
       .unseen =
           std::isnan(padding) ? std::numeric_limits<std::int32_t>::max() : static_cast<std::int32_t>(padding),
@@ -242,7 +243,7 @@ Changes convert_whole(std::vector<std::int16_t>& storage, std::size_t count, dou
 // converts each value to int16, in place of the stored bytes
 template <class T>
 Changes convert(std::vector<std::int16_t>& storage, std::size_t count, double slope, double intercept,
-                double low, std::int16_t fill, double padding) {
+                double low, double far, std::int16_t fill, double padding) {
   if (sizeof(T) < 2) storage.resize(count);
   unsigned char* const bytes = reinterpret_cast<unsigned char*>(storage.data());
   const auto one = [&](std::size_t n, std::size_t at, Changes& changes) {
@@ -257,7 +258,7 @@ Changes convert(std::vector<std::int16_t>& storage, std::size_t count, double sl
       out = padding_hu;
     } else {
       changes.below += value<low, changes.above += value> 32767;
-      changes.far_below += value < far_below_air;
+      changes.far_below += value < far;
       out = static_cast<std::int16_t>(std::lrint(std::clamp(value, low, 32767.0)));
     }
     std::memcpy(bytes + 2 * at, &out, 2);
@@ -357,13 +358,14 @@ Result<QuantityReading> decide_quantity(const std::string& path, const StoredVox
 std::vector<std::int16_t> to_int16(StoredVoxels voxels, double slope, double intercept,
                                    const ValueRange& range, FileQuantity quantity,
                                    std::vector<std::string>& warnings, Clamped* clamped) {
-  double low = -32768;
+  double low = -32768, far = low;
   std::int16_t fill = 0;
   double padding = std::numeric_limits<double>::quiet_NaN();
-  if (quantity == FileQuantity::hu) low = -1024, fill = padding_hu, padding = padding_of(range);
-  if (quantity == FileQuantity::density_kgm3) low = 0, fill = padding_density;
+  if (quantity == FileQuantity::hu)
+    low = -1024, far = below_noise, fill = padding_hu, padding = padding_of(range);
+  if (quantity == FileQuantity::density_kgm3) low = 0, far = below_zero, fill = padding_density;
   if (quantity == FileQuantity::density_gcm3)
-    low = 0, fill = padding_density, slope *= 1000, intercept *= 1000;
+    low = 0, far = below_zero, fill = padding_density, slope *= 1000, intercept *= 1000;
   if (quantity == FileQuantity::mr) {
     if (const double scale = mr_scale(range); scale != 1) {
       slope *= scale, intercept *= scale;
@@ -377,8 +379,8 @@ std::vector<std::int16_t> to_int16(StoredVoxels voxels, double slope, double int
       return Changes{};  // already the result
     if constexpr (std::is_integral_v<T> && sizeof(T) == 2)
       if (are_whole(voxels, slope, intercept))
-        return convert_whole<T>(voxels.storage, voxels.count, slope, intercept, low, padding);
-    return convert<T>(voxels.storage, voxels.count, slope, intercept, low, fill, padding);
+        return convert_whole<T>(voxels.storage, voxels.count, slope, intercept, low, far, padding);
+    return convert<T>(voxels.storage, voxels.count, slope, intercept, low, far, fill, padding);
   });
   const auto tell = [&](std::size_t count, const std::string& what) {
     if (count > 0)
@@ -392,7 +394,7 @@ std::vector<std::int16_t> to_int16(StoredVoxels voxels, double slope, double int
                                ? "are not finite numbers and were read as no signal (0)"
                                : "are not finite numbers; the scan does not show what is there");
   if (clamped)
-    *clamped = {.below = quantity == FileQuantity::hu ? static_cast<std::int64_t>(changes.far_below) : 0,
+    *clamped = {.below = static_cast<std::int64_t>(changes.far_below),
                 .above = static_cast<std::int64_t>(changes.above)};
   return std::move(voxels.storage);
 }

@@ -52,7 +52,7 @@ Result<QuantityReading> decide_quantity(const std::string& path, const StoredVox
 
 /// Numbers of voxels whose values were clamped, without padding.
 struct Clamped {
-  std::int64_t below = 0;  ///< CT numbers below -1500, lower than noise in air
+  std::int64_t below = 0;  ///< lower than noise in air: CT numbers below -1100, kg/m3 below -100
   std::int64_t above = 0;  ///< above 32767
 };
 

@@ -104,8 +104,8 @@ Result<ScannedVolume> read_volume(const std::string& path, const ReadOptions& op
   const bool dicom = is_folder(path) || is_multi_frame(path);
   auto scanned = dicom ? read_dicom_folder(path, options) : read_file(path, options);
   if (!scanned) return scanned;
-  const ValueCounts counts = count_values(scanned->volume);
-  scanned->least = counts.least, scanned->greatest = counts.greatest;
+  const ValueCounts counts(scanned->volume);
+  scanned->least = counts.least(), scanned->greatest = counts.greatest();
   if (auto doubt = doubt_of_size(scanned->volume.grid); !doubt.empty())
     scanned->warnings.push_back(std::move(doubt));
   if (auto fine = check_values(path, scanned->volume, counts, scanned->clamped, scanned->warnings); !fine)

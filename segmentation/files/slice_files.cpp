@@ -48,14 +48,14 @@ Result<std::vector<std::string>> by_pattern(const std::string& path, std::string
                                             std::int64_t slices) {
   const auto blank = field.find_first_of(" \t");
   const auto pattern = pattern_in(field.substr(0, blank));
-  const auto numbers =
-      blank == std::string_view::npos ? std::vector<double>{} : numbers_in(field.substr(blank));
+  const auto numbers = numbers_in(blank == std::string_view::npos ? std::string_view{} : field.substr(blank));
   const auto number = [&](std::size_t n, double otherwise) {
-    return whole_number(n < numbers.size() && std::isfinite(numbers[n]) ? numbers[n] : otherwise);
+    return whole_number(numbers && n < numbers->size() && std::isfinite((*numbers)[n]) ? (*numbers)[n]
+                                                                                       : otherwise);
   };
   const std::int64_t first = number(0, 1), step = number(2, 1),
                      last = number(1, static_cast<double>(first + slices - 1));
-  if (!pattern || step == 0)
+  if (!pattern || !numbers || step == 0)
     return failure(path, fmt::format("gives '{}' as the pattern of its slice files; expected one like "
                                      "'slice%03d.raw 1 {} 1' (first number, last, step)",
                                      printable(field), slices));

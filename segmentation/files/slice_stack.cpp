@@ -68,7 +68,20 @@ struct Evenness {
   bool even = false;  // every slice lies at index * step
 };
 Evenness evenness(const std::vector<double>& along, double text) {
+  // Coarse decimals are allowed somewhat above a fifth of the step, so that 2.5 mm written to 1 mm passes: from a
+  // quarter on, they could hide a missing slice.
+  const auto is_even = [&](const std::vector<double>& index, double step) {
+    const double allowed = std::max({rounding, 0.05 * step, std::min(1.001 * text, 0.22 * step)});
+    return least_distance(index, along, step) <= allowed;
+  };
   Evenness e;
+  // first without missing slices: to coarse decimals smaller steps with gaps fit as well
+  e.index.resize(along.size());
+  std::iota(e.index.begin(), e.index.end(), 0.0);
+  e.step = fitted_line(e.index, along).slope;
+  e.even = is_even(e.index, e.step);
+  if (e.even) return e;
+  e.index.clear();
   e.step = along.back();
   for (std::size_t n = 1; n < along.size(); ++n) e.step = std::min(e.step, along[n] - along[n - 1]);
   for (int round = 0; round < 4; ++round) {
@@ -79,10 +92,7 @@ Evenness evenness(const std::vector<double>& along, double text) {
     e.index = std::move(index);
     e.step = fitted_line(e.index, along).slope;
   }
-  // Coarse decimals are allowed up to a fifth of the step: from a quarter on, they could hide a missing
-  // slice.
-  const double allowed = std::max({rounding, 0.05 * e.step, std::min(1.001 * text, 0.2 * e.step)});
-  e.even = least_distance(e.index, along, e.step) <= allowed;
+  e.even = is_even(e.index, e.step);
   return e;
 }
 
@@ -109,9 +119,11 @@ std::pair<double, double> aside_of_line(const std::vector<DicomSlice>& slices,
   return {worst, std::max(rounding, 0.1 * slices.front().column_spacing) + 2 * text_rounding(slices).norm()};
 }
 
-// Notes fields that contradict the slice spacing of the positions. Slices may overlap or leave gaps, but no
-// scanner makes them thicker than 8 times, or thinner than a fifteenth of, their spacing.
-void say_contradictions(const SliceStack& stack, std::vector<std::string>& notes) {
+// Compares the slice spacing of the positions with other fields and notes contradictions. Slices may overlap or
+// leave gaps, but no scanner makes them thicker than 8 times, or thinner than a fifteenth of, their spacing.
+// Errors: SpacingBetweenSlices and SliceLocation agree on another spacing than the positions'.
+Result<void> compare_spacings(const std::string& where, const SliceStack& stack,
+                              std::vector<std::string>& notes) {
   const Vector3d step = stack.grid.axes.col(2);
   const auto& slices = stack.slices;
   const DicomSlice &first = slices.front(), &last = slices.back();
@@ -131,12 +143,17 @@ void say_contradictions(const SliceStack& stack, std::vector<std::string>& notes
   const auto add = [&](std::string_view name, double said) {
     others += fmt::format("{}{} {}", others.empty() ? "" : ", ", name, place(said));
   };
-  if (alike(&DicomSlice::spacing_between) && contradicts(first.spacing_between))
-    add("SpacingBetweenSlices gives", first.spacing_between);
+  const bool has_between = alike(&DicomSlice::spacing_between) && contradicts(first.spacing_between);
+  if (has_between) add("SpacingBetweenSlices gives", first.spacing_between);
   if (first.location && last.location && *first.location != *last.location) {
     const double steps = (*last.position - *first.position).norm() / along;
-    if (const double said = std::abs(*last.location - *first.location) / steps; contradicts(said))
-      add("SliceLocation gives", said);
+    const double said = std::abs(*last.location - *first.location) / steps;
+    if (contradicts(said)) add("SliceLocation gives", said);
+    if (contradicts(said) && has_between && std::abs(said - first.spacing_between) < 0.05 + 0.02 * said)
+      return failure(
+          where, fmt::format("gives contradictory slice spacings, and masses depend on them: its positions "
+                             "give {}, but {}; correct the wrong ones",
+                             place(across), others));
   }
   if (alike(&DicomSlice::thickness) &&
       (first.thickness > std::max(8 * across, 1.0) || first.thickness < across / 15))
@@ -153,6 +170,7 @@ void say_contradictions(const SliceStack& stack, std::vector<std::string>& notes
         fmt::format("PixelSpacing gives a picture width of {}, which was used; ReconstructionDiameter gives "
                     "{}; if the latter is right, volumes and masses are wrong by the square of the ratio",
                     place(width), place(first.reconstruction_diameter)));
+  return {};
 }
 
 void say_tilt(const Grid& grid, std::vector<std::string>& notes) {
@@ -282,7 +300,7 @@ Result<SliceStack> stack_slices(const std::string& where, std::vector<DicomSlice
   stack.grid.axes.col(1) = first.row_spacing * first.along_column;
   if (const auto laid = lay_grid(where, along, stack); !laid) return tl::unexpected(laid.error());
   say_tilt(stack.grid, stack.notes);
-  say_contradictions(stack, stack.notes);
+  if (auto fine = compare_spacings(where, stack, stack.notes); !fine) return tl::unexpected(fine.error());
   return stack;
 }
 

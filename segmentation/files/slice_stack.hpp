@@ -27,7 +27,7 @@ struct SliceStack {
 };
 
 /// Orders slices of one series and one orientation. Errors: fewer than two, two different ones at one
-/// position, slices that are not in one line, gaps too wide to fill.
+/// position, slices that are not in one line, gaps too wide to fill, two fields that contradict the positions.
 Result<SliceStack> stack_slices(const std::string& where, std::vector<DicomSlice> slices);
 
 /// Sorts slices by their places along the normal of the first one.

@@ -13,19 +13,20 @@ namespace {
 
 constexpr std::size_t longest_word = 400;  // the digits of the smallest double
 
-bool is_between_numbers(char c) { return c == ' ' || c == '\n' || c == '\t' || c == '\r' || c == ','; }
+bool is_blank(char c) { return c == ' ' || c == '\n' || c == '\t' || c == '\r'; }
 
 }  // namespace
 
 TextNumbers::TextNumbers(std::string path, ByteSource& source, Scalar scalar)
     : path_(std::move(path)), source_(source), scalar_(scalar), block_(ByteSource::block) {}
 
-// The next word; empty at the end of the text.
+// The next word without the commas around it; empty at the end of the text. Commas within it stay, as it may
+// be a number with a decimal comma.
 Result<std::string_view> TextNumbers::next_word() {
   std::size_t length = 0;
   for (;;) {
-    while (length == 0 && at_ < end_ && is_between_numbers(block_[at_])) ++at_;
-    while (at_ + length < end_ && !is_between_numbers(block_[at_ + length])) ++length;
+    while (length == 0 && at_ < end_ && (is_blank(block_[at_]) || block_[at_] == ',')) ++at_;
+    while (at_ + length < end_ && !is_blank(block_[at_ + length])) ++length;
     if (at_ + length < end_) break;
     // the word may continue in the next block
     std::memmove(block_.data(), block_.data() + at_, length);
@@ -36,9 +37,17 @@ Result<std::string_view> TextNumbers::next_word() {
     if (*got == 0) break;
     end_ += *got;
   }
-  const std::string_view word(block_.data() + at_, length);
+  std::string_view word(block_.data() + at_, length);
   at_ += length;
+  while (word.ends_with(',')) word.remove_suffix(1);
   return word;
+}
+
+Result<void> TextNumbers::finish() {
+  const auto word = next_word();
+  if (!word) return tl::unexpected(word.error());
+  if (word->empty()) return {};
+  return failure(path_, "contains more numbers than the voxels that its header states");
 }
 
 Result<std::size_t> TextNumbers::read(std::span<std::byte> target) {

@@ -1,4 +1,4 @@
-// Reads voxels written as text: numbers with blanks, line ends or commas between them.
+// Reads voxels written as text: numbers with blanks or line ends between them; commas may stand beside those.
 #pragma once
 
 #include <string>
@@ -18,6 +18,9 @@ class TextNumbers {
   /// Fills `target` with the next numbers as the scalar type, in the machine's byte order. Returns the bytes
   /// filled, fewer than asked only at the end of the text. Errors: a word that is not a number of that type.
   Result<std::size_t> read(std::span<std::byte> target);
+
+  /// Errors: a number is left.
+  Result<void> finish();
 
  private:
   Result<std::string_view> next_word();

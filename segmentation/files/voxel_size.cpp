@@ -14,10 +14,18 @@ bool is_given(double length) { return std::isfinite(length) && length > 0; }
 bool same_length(double a, double b, double within) { return std::abs(a - b) <= within * std::max(a, b); }
 
 bool all_ones(const Eigen::Vector3d& size) { return ((size.array() - 1).abs() < 1e-3).all(); }
+bool is_complete(const Eigen::Vector3d& size) { return size.allFinite() && (size.array() > 0).all(); }
 
 int votes(const SizeField& field) { return field.may_differ ? 1 : 2; }
 
-// The length along `axis` with most votes; NaN: a tie.
+// Whether a field is all ones, which programs leave where they set nothing, and another contradicts it.
+bool ones_are_contradicted(const std::vector<SizeField>& fields) {
+  return std::ranges::any_of(fields, [](const SizeField& field) { return all_ones(field.size); }) &&
+         std::ranges::any_of(
+             fields, [](const SizeField& field) { return is_complete(field.size) && !all_ones(field.size); });
+}
+
+// The length along `axis` with most votes; NaN: a tie, or a field that may differ would overrule ones.
 double most_voted(const std::vector<SizeField>& fields, int axis, bool without_ones) {
   double best = std::nan("");
   int most = 0;
@@ -34,7 +42,7 @@ double most_voted(const std::vector<SizeField>& fields, int axis, bool without_o
     else if (count == most && !same_length(length, best, 0.01))
       best = std::nan("");
   }
-  return best;
+  return without_ones && most < votes({}) ? std::nan("") : best;
 }
 
 std::string said_by(const std::vector<SizeField>& fields) {
@@ -56,12 +64,12 @@ Result<Eigen::Vector3d> voxel_size(const std::string& path, const std::vector<Si
   if (fields.size() == 1) return fields.front().size;
   Eigen::Vector3d size;
   bool differ = false;
+  const bool without_ones = ones_are_contradicted(fields);
   for (int axis = 0; axis < 3; ++axis) {
     const bool unsaid =
         std::ranges::none_of(fields, [&](const SizeField& field) { return is_given(field.size[axis]); });
     if (unsaid) return failure(path, fmt::format("does not state the voxel size along axis {}", axis + 1));
-    size[axis] = most_voted(fields, axis, false);
-    if (!is_given(size[axis])) size[axis] = most_voted(fields, axis, true);
+    size[axis] = most_voted(fields, axis, without_ones);
     if (!is_given(size[axis]))
       return failure(
           path, fmt::format(

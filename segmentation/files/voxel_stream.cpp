@@ -62,6 +62,7 @@ Result<void> VoxelStream::read(std::span<std::byte> target) {
 }
 
 Result<void> VoxelStream::finish() {
+  if (text_) return text_->finish();
   if (!source_ || header_.packing == ByteSource::Packing::plain) return {};
   // Damage can make a stream longer, even endless: stop after twice the expected bytes.
   const std::uint64_t most = share_ + (std::uint64_t{1} << 20);

@@ -225,6 +225,13 @@ std::string text_of_output(const fs::path& file) {
   return read->starts_with("\x1f\x8b") ? inflate_all(*read, 31) : *read;
 }
 
+// Numbers alone could be any program's.
+TEST_F(RunVerb, LabelsWithoutNamesAreRefused) {
+  fs::remove(folder / "labels.tsv");
+  expect_refused("run " + path("scan.mhd") + words(), 2,
+                 "names none of the body's parts; put a names file beside it");
+}
+
 TEST_F(RunVerb, OutputsDoNotNameTheInputsFolder) {
   const std::string patient = "DOE_JANE_19500101";
   fs::create_directories(folder / patient);

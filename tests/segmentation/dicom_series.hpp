@@ -27,6 +27,7 @@ struct TestSlice {
   double column_spacing = 0.75, row_spacing = 0.5;
   double slope = 1, intercept = -1024;
   std::string slope_text, intercept_text;                      ///< override the numbers, as text
+  bool scaled = true;                                          ///< false: no slope and no intercept
   std::string position_text, pixel_spacing_text;               ///< likewise
   std::string thickness, spacing_between, location, diameter;  ///< as text; empty: omitted
   std::optional<std::uint16_t> padding;                        ///< stored value
@@ -86,6 +87,8 @@ inline void write_slice(const std::string& path, const TestSlice& s) {
   if (!s.diameter.empty()) set(0x0018, 0x1100, s.diameter);
   set(0x0028, 0x1053, s.slope_text.empty() ? fmt::format("{}", s.slope) : s.slope_text);
   set(0x0028, 0x1052, s.intercept_text.empty() ? fmt::format("{}", s.intercept) : s.intercept_text);
+  if (!s.scaled)
+    for (const std::uint16_t element : {0x1052, 0x1053}) edit.Remove(gdcm::Tag(0x0028, element));
   set(0x0028, 0x1054, "HU");
   if (!s.patient_position.empty()) set(0x0018, 0x5100, s.patient_position);
   if (!s.patient_sex.empty()) set(0x0010, 0x0040, s.patient_sex);

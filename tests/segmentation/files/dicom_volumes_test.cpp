@@ -78,6 +78,23 @@ TEST(DicomVolumes, RecognisesResentSlicesAsCopies) {
   EXPECT_TRUE(says(*read, "9 slices appear twice (same position, same pixels)")) << all_said(*read);
 }
 
+// The same values with more bits and another intercept: all stored numbers differ.
+TEST(DicomVolumes, RecognisesCopiesThatAreStoredInAnotherWay) {
+  const ScratchFolder folder;
+  for (int k = 0; k < 9; ++k) {
+    TestSlice slice = flat(k, 3 * k, 1000 + k);
+    write_slice(folder / name_of(k), slice);
+    slice.intercept -= 24, slice.bits_stored = 16;
+    for (auto& pixel : slice.pixels) pixel = static_cast<std::uint16_t>(pixel + 24);
+    write_slice(folder / ("again" + name_of(k)), slice);
+  }
+  const auto read = read_volume(folder.path());
+  ASSERT_TRUE(read) << read.error().message();
+  ASSERT_EQ(read->volume.grid.size[2], 9);
+  EXPECT_TRUE(says(*read, "9 slices appear twice")) << all_said(*read);
+  for (int k = 0; k < 9; ++k) EXPECT_EQ(values(*read)[std::size_t(k)], k - 24);
+}
+
 // The same pixels with another scaling are another image.
 TEST(DicomVolumes, CopiesNeedTheSameScaling) {
   const ScratchFolder folder;
@@ -88,6 +105,92 @@ TEST(DicomVolumes, CopiesNeedTheSameScaling) {
   const auto read = read_volume(folder.path());
   ASSERT_FALSE(read);
   EXPECT_NE(read.error().message().find("two different slices at one position"), std::string::npos)
+      << read.error().message();
+}
+
+// Series and descriptions of one, two and five slices each; of one, also with uneven places.
+TEST(DicomVolumes, JoinsSeriesOfFewSlices) {
+  for (const auto& [together, uneven] : {std::pair(1, false), {1, true}, {2, false}, {5, false}}) {
+    const ScratchFolder folder;
+    for (int k = 0; k < 31; ++k) {
+      TestSlice slice = flat(k, 2 * k + (uneven && k > 10), 1000 + k);
+      slice.series = fmt::format("1.2.3.4.{}", k / together);
+      slice.description = fmt::format("part {}", k / together);
+      write_slice(folder / name_of(k), slice);
+    }
+    const auto read = read_volume(folder.path());
+    ASSERT_TRUE(read) << read.error().message();
+    ASSERT_EQ(read->volume.grid.size[2], uneven ? 32 : 31) << together;  // 61 mm; the usual step is 2 mm
+    EXPECT_TRUE(says(*read, fmt::format("its slices have {} different series", (30 + together) / together)))
+        << all_said(*read);
+    EXPECT_EQ(says(*read, "unevenly spaced"), uneven);
+    if (uneven) continue;
+    for (int k = 0; k < 31; ++k) EXPECT_EQ(values(*read)[std::size_t(k)], k - 24);
+  }
+}
+
+// Two scans of 5 slices at the same places, and a scout of 3: no series is joined with another.
+TEST(DicomVolumes, KeepsSmallSeriesOfTheSamePlacesApart) {
+  const ScratchFolder folder;
+  for (int series = 0; series < 3; ++series)
+    for (int k = 0; k < 5 - series; ++k) {
+      TestSlice slice = flat(k, 3 * k, 1000 + 100 * series + k);
+      slice.series = fmt::format("1.2.3.4.{}", series);
+      write_slice(folder / fmt::format("{}{}", series, name_of(k)), slice);
+    }
+  const auto read = read_volume(folder.path());
+  ASSERT_TRUE(read) << read.error().message();
+  EXPECT_EQ(read->volume.grid.size[2], 5);
+  EXPECT_TRUE(says(*read, "found 3 series; read the largest CT")) << all_said(*read);
+}
+
+TEST(DicomVolumes, ReportsImagesThatWereLeftOut) {
+  const ScratchFolder folder;
+  for (int k = 0; k < 20; ++k) {
+    TestSlice slice = flat(k, 3 * k, 1000 + k);
+    if (k >= 15) slice.position_text = "1\\2";
+    write_slice(folder / fmt::format("f{:02}.dcm", k), slice);
+  }
+  put_bytes(folder / "f30.dcm", std::vector<char>(5000, 'x'));
+  put_bytes(folder / "f31.dcm.gz", std::vector<char>(5000, 'x'));
+  put_bytes(folder / "notes.txt", std::vector<char>(5000, 'x'));
+  const auto read = read_volume(folder.path());
+  ASSERT_TRUE(read) << read.error().message();
+  EXPECT_EQ(read->volume.grid.size[2], 15);
+  EXPECT_TRUE(says(*read, "5 files (the first is f15.dcm) do not state their position")) << all_said(*read);
+  EXPECT_TRUE(says(*read, "2 files (the first is f30.dcm) hold no DICOM image; ignored")) << all_said(*read);
+}
+
+TEST(DicomVolumes, RefusesSlicesWithoutTheScalingOfTheOthers) {
+  for (const int every : {2, 10}) {
+    const ScratchFolder folder;
+    for (int k = 0; k < 20; ++k) {
+      TestSlice slice = flat(k, 3 * k, 1000 + k);
+      slice.scaled = k % every != 0;
+      write_slice(folder / name_of(k), slice);
+    }
+    const auto read = read_volume(folder.path());
+    ASSERT_FALSE(read);
+    EXPECT_NE(read.error().message().find(
+                  fmt::format("lacks RescaleSlope and RescaleIntercept in {} of its 20 slices", 20 / every)),
+              std::string::npos)
+        << read.error().message();
+  }
+}
+
+// Every tenth slice holds signed numbers and says that they are unsigned.
+TEST(DicomVolumes, RefusesSomeSignedSlicesDeclaredUnsigned) {
+  const ScratchFolder folder;
+  for (int k = 0; k < 20; ++k) {
+    TestSlice slice = flat(k, 3 * k, k);
+    slice.pixels[0] = static_cast<std::uint16_t>(-1000);
+    slice.intercept = 0, slice.bits_stored = 16;
+    slice.is_signed = k % 10 != 0;
+    write_slice(folder / name_of(k), slice);
+  }
+  const auto read = read_volume(folder.path());
+  ASSERT_FALSE(read);
+  EXPECT_NE(read.error().message().find("declares 18 of its 20 slices as signed"), std::string::npos)
       << read.error().message();
 }
 
@@ -103,7 +206,7 @@ TEST(DicomVolumes, JoinsSlicesWithOneSeriesEach) {
     const auto read = read_volume(folder.path());
     ASSERT_TRUE(read) << read.error().message();
     EXPECT_EQ(read->volume.grid.size[2], 12);
-    EXPECT_TRUE(says(*read, fmt::format("each of the {} slices has its own series UID", 12 * times)))
+    EXPECT_TRUE(says(*read, fmt::format("its slices have {} different series UIDs", 12 * times)))
         << all_said(*read);
     EXPECT_FALSE(says(*read, "ignored")) << all_said(*read);
     EXPECT_EQ(says(*read, "12 slices appear twice"), times == 2);
@@ -217,6 +320,24 @@ TEST(DicomVolumes, ReportsMissingSlicesBetweenRoundedPositions) {
   for (int k = 0; k < 450; ++k) EXPECT_EQ(values(*read)[std::size_t(k)], k - 24);
 }
 
+// Half of the unit is a fifth of the step: 2.5 mm to 1 mm gives steps of 2 and 3 mm, to which 1.67 mm with
+// missing slices would fit as well.
+TEST(DicomVolumes, PrefersNoMissingSlicesToCoarsePositions) {
+  for (const auto& [step, decimals] : {std::pair(2.5, 0), {0.25, 1}}) {
+    const ScratchFolder folder;
+    for (int k = 0; k < 90; ++k) {
+      TestSlice slice = flat(k, 0, 1000 + k);
+      slice.position_text = fmt::format("-10\\-20\\{:.{}f}", step * k, decimals);
+      write_slice(folder / name_of(k), slice);
+    }
+    const auto read = read_volume(folder.path());
+    ASSERT_TRUE(read) << read.error().message();
+    ASSERT_EQ(read->volume.grid.size[2], 90) << step;
+    EXPECT_NEAR(read->volume.grid.spacing()[2], step, 0.01 * step);
+    EXPECT_FALSE(says(*read, "uneven") || says(*read, "missing")) << all_said(*read);
+  }
+}
+
 // Slice spacing of 3 mm, then 3.3 mm, with positions to 0.1 mm: more than rounding explains.
 TEST(DicomVolumes, RoundingHidesNoChangeOfSpacing) {
   const ScratchFolder folder;
@@ -260,6 +381,20 @@ TEST(DicomVolumes, ReportsFieldsThatContradictThePositions) {
   EXPECT_NE(with(&TestSlice::thickness, "0.1").find("SliceThickness gives 0.1 mm"), std::string::npos);
   // 3 columns at 0.75 mm
   EXPECT_NE(with(&TestSlice::diameter, "4.5").find("PixelSpacing gives a picture width of 2.25 mm"),
+            std::string::npos);
+}
+
+TEST(DicomVolumes, RefusesPositionsThatTwoFieldsContradict) {
+  TestSlice slice;
+  slice.spacing_between = "6", slice.thickness = "6";
+  const std::string told = said_of(slice, 6);
+  EXPECT_NE(
+      told.find("gives contradictory slice spacings, and masses depend on them: its positions give 2 mm, but "
+                "SpacingBetweenSlices gives 6 mm, SliceLocation gives 6 mm"),
+      std::string::npos)
+      << told;
+  // two fields that also contradict each other leave the positions
+  EXPECT_NE(said_of(slice, 4).find("the slices' positions give a spacing of 2 mm, which was used"),
             std::string::npos);
 }
 

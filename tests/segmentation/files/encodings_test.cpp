@@ -1,4 +1,5 @@
 // Encodings of voxels (text, bzip2, lists of files) and decompression bombs.
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 #include <zlib.h>
 
@@ -41,7 +42,7 @@ std::string refusal(const std::string& path) {
   return read ? "was read" : read.error().message();
 }
 
-TEST(TextVoxels, ReadsEveryTypeWithAnySeparators) {
+TEST(TextVoxels, ReadsEveryTypeWithBlanksAndCommasBetweenNumbers) {
   ScratchFolder folder;
   const GreyVolume volume = noise();
   std::string text;
@@ -60,6 +61,22 @@ TEST(TextVoxels, ReadsEveryTypeWithAnySeparators) {
   const auto detached = read_volume(folder / "a.nhdr", as_hu);
   ASSERT_TRUE(detached) << detached.error().message();
   EXPECT_EQ(detached->volume.voxels, volume.voxels);
+}
+
+// Taken for separators, decimal commas would make two voxels of one number.
+TEST(TextVoxels, RefusesDecimalCommasAndLeftOverNumbers) {
+  ScratchFolder folder;
+  std::string fine;
+  for (int n = 0; n < 140; ++n) fine += fmt::format("{} ", n);
+  const auto told = [&](const std::string& text) {
+    put_text(folder / "a.nrrd", nrrd_header("float", "encoding: ascii\n\n") + text);
+    return refusal(folder / "a.nrrd");
+  };
+  EXPECT_EQ(told(fine + " \n"), "was read");
+  EXPECT_NE(told("-1000,3 " + fine.substr(2)).find("has '-1000,3' among its voxels"), std::string::npos);
+  EXPECT_NE(told(fine + "7").find("contains more numbers than the voxels that its header states"),
+            std::string::npos)
+      << told(fine + "7");
 }
 
 // Several blocks of the reader, so that numbers cross block borders.

@@ -136,11 +136,43 @@ TEST(Plausibility, RefusesManyOutOfRangeValues) {
       "check whether the intercept was applied twice", "twice");
   expect_refused(read("a.nii", body().grey, [](int v) { return 1000 * v + 40000; }),
                  "is not a volume of CT numbers", "slope");
+  expect_refused(read("a.nii", body().grey, [](int v) { return 2 * v; }), "below -1100, lower than air",
+                 "slope of 2");
   // a few such voxels are reported
   const auto few = read("a.nii", body().grey, [&](int v) { return random() % 100 == 0 ? 40000 : v; });
   ASSERT_TRUE(few) << few.error().message();
   ASSERT_FALSE(few->warnings.empty());
   EXPECT_NE(few->warnings[0].find("above 32767"), std::string::npos) << few->warnings[0];
+}
+
+// Air where no air is: refused, but where lungs may be. An offset that leaves air near -1000 is not seen.
+TEST(Plausibility, JudgesCtNumbersByTheirAir) {
+  for (const std::string& format : formats) {
+    expect_refused(read(format, body().grey, [](int v) { return v / 2; }), "but air has -1000", format);
+    expect_refused(read(format, body().grey, [](int v) { return v + 500; }), "but air has -1000", format);
+    expect_refused(read(format, body().grey, [](int v) { return v - 300; }), "lower than air", format);
+    const auto told = read(format, body().grey, [](int v) { return v + 300; });
+    ASSERT_TRUE(told) << told.error().message();
+    ASSERT_FALSE(told->warnings.empty()) << format;
+    EXPECT_NE(told->warnings[0].find("hardly any of the voxels below tissue lie near -1000"),
+              std::string::npos)
+        << told->warnings[0];
+    const auto silent = read(format, body().grey, [](int v) { return v + 30; });
+    ASSERT_TRUE(silent) << silent.error().message();
+  }
+}
+
+TEST(Plausibility, RefusesNegativeDensities) {
+  GreyVolume densities = body().grey;
+  densities.quantity = Quantity::density_kgm3;
+  for (auto& v : densities.voxels) v = static_cast<std::int16_t>(std::max(v + 1000, 0));
+  const auto read_less = [&](int by) {
+    ScratchFolder folder;
+    write_as(folder, "a.nii", densities.grid, changed(densities, [&](int v) { return v - by; }));
+    return read_volume(folder / "a.nii", {FileQuantity::density_kgm3, {}});
+  };
+  EXPECT_TRUE(read_less(0)) << read_less(0).error().message();
+  expect_refused(read_less(200), "are below -100 kg/m3", "200 too little");
 }
 
 // CT numbers clipped to a viewer's window, also as an image of 8 bits: refused with advice.

@@ -63,9 +63,12 @@ TEST(VoxelSize, NiftiUsesTheMajorityWithAWarning) {
     Vector3d sform, pixdim;
     bool qform;
   };
-  // a slice thickness; directions alone; directions alone without a qform; an unset pixdim
-  for (const Case& c :
-       {Case{thick, right, true}, {ones, right, true}, {ones, right, false}, {right, ones, false}}) {
+  // a slice thickness; directions alone, with and without a qform; an unset pixdim, which a qform repeats
+  for (const Case& c : {Case{thick, right, true},
+                        {ones, right, true},
+                        {ones, right, false},
+                        {right, ones, false},
+                        {right, ones, true}}) {
     const auto scan = nifti(c.sform, c.pixdim, c.qform);
     ASSERT_TRUE(scan) << scan.error().message();
     EXPECT_LT((scan->volume.grid.spacing() - right).norm(), 1e-6) << c.sform.transpose();
@@ -78,6 +81,17 @@ TEST(VoxelSize, NiftiUsesTheMajorityWithAWarning) {
       tie.error().message().find("contradictory voxel sizes (sform 0.75 x 0.75 x 4, pixdim 0.75 x 0.75 x 3)"),
       std::string::npos)
       << tie.error().message();
+}
+
+// A thickness alone is not trusted against lengths of 1, which may be right.
+TEST(VoxelSize, FieldsThatMayDifferDoNotOverruleOnes) {
+  std::vector<std::string> warnings;
+  const SizeField ones{"directions", Vector3d::Ones()}, thick{"thicknesses", {2, 2, 5}, true},
+      along_one_axis{"thicknesses", {NAN, NAN, 5}, true};
+  EXPECT_FALSE(voxel_size("a.nrrd", {ones, thick}, warnings));
+  const auto kept = voxel_size("a.nrrd", {ones, along_one_axis}, warnings);
+  ASSERT_TRUE(kept) << kept.error().message();
+  EXPECT_EQ(*kept, Vector3d::Ones());
 }
 
 TEST(VoxelSize, NiftiIgnoresASlopeThatIsNotANumber) {
@@ -147,9 +161,34 @@ TEST(VoxelSize, MetaImageComparesSpacingSizeAndMatrix) {
     EXPECT_EQ(scan->volume.grid.point({1, 0, 0}), Vector3d(0, 2, 0));
     EXPECT_EQ(tells(scan->warnings, "2 x 2 x 3 was used"), c.told) << c.sizes;
   }
+  EXPECT_FALSE(metaimage("ElementSpacing = 1 1 1\nElementSize = 6 6 6\n" + unit));
   const auto tie = metaimage("ElementSpacing = 2 2 4\n" + scaled);
   ASSERT_FALSE(tie);
   EXPECT_NE(tie.error().message().find("contradictory voxel sizes"), std::string::npos);
+}
+
+// Numbers with decimal commas, and too many or too few numbers, in every field of both formats.
+TEST(VoxelSize, RefusesHeadersWithOtherNumbersThanExpected) {
+  const std::string directions = "space directions: (2,0,0) (0,2,0) (0,0,3)\n",
+                    spacing = "ElementSpacing = 2 2 3\n";
+  ASSERT_TRUE(nrrd("spacings: 2 2 3\n"));
+  ASSERT_TRUE(nrrd("spacings: 2, 2, 3\n"));
+  for (const std::string& sizes : {std::string("spacings: 2,5 2,5 5,0\n"), std::string("spacings: 2 2 5 7\n"),
+                                   std::string("spacings: 2 2\n"), directions + "thicknesses: 2,5 2,5 3,0\n",
+                                   directions + "space origin: (1,5,2,5,3,0)\n",
+                                   std::string("space directions: (2,5,0,0) (0,2,0) (0,0,3)\n")})
+    EXPECT_FALSE(nrrd(sizes)) << sizes;
+  const auto told = nrrd("spacings: 2,5 2,5 5,0\n");
+  EXPECT_NE(
+      told.error().message().find("'spacings' is '2,5 2,5 5,0'; expected 3 numbers separated by blanks, with "
+                                  "decimal points instead of commas"),
+      std::string::npos)
+      << told.error().message();
+  for (const std::string& sizes :
+       {std::string("ElementSpacing = 2,5 2,5 3,0\n"), std::string("ElementSpacing = 2 2 3 4\n"),
+        spacing + "Offset = 1,5 2,5 3,5\n", spacing + "ElementSize = 2 2\n",
+        spacing + "TransformMatrix = 1 0 0 0 1 0 0 0\n"})
+    EXPECT_FALSE(metaimage(sizes)) << sizes;
 }
 
 }  // namespace
