@@ -115,12 +115,13 @@ tl::unexpected<Error> defect(const std::string& what) { return failure(std::stri
 std::string fault_in(const Error& error, const std::filesystem::path& file) {
   const std::string message = error.message();
   if (error.where == defect_place) return message;
-  std::vector<std::string> names{file.parent_path().filename().string()};
-  for (const auto& entry : std::filesystem::directory_iterator(file.parent_path()))
+  const std::filesystem::path folder = file.parent_path();  // somewhere below a folder with a random name
+  std::vector<std::string> names{folder.string(), folder.filename().string()};
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
     names.push_back(entry.path().filename().string());
   const std::string own_words = without_quotations(without_names(message, names));
   for (const char* words : library_words)
-    if (own_words.find(words) != std::string::npos && !a_file_holds(file.parent_path(), words))
+    if (own_words.find(words) != std::string::npos && !a_file_holds(folder, words))
       return std::string("a library's words (") + words + "): " + message;
   if (!is_sentence(error.what)) return "no sentence: " + message;
   if (std::ranges::none_of(names, [&](const auto& name) { return message.find(name) != message.npos; }))
