@@ -155,7 +155,12 @@ TEST_F(RunVerb, ChangedVoxelMakesAnotherScan) {
     EXPECT_EQ(record["inputs"]["volume"][1]["file"], "scan.raw");
   }
   fs::remove(folder / "scan.raw");
-  expect_refused("run " + path("scan.mhd") + words(), 2, "scan.raw', which does not exist");
+  const ProgramRun run = run_program("run " + path("scan.mhd") + words());
+  EXPECT_EQ(run.code, 2) << run.err;
+  EXPECT_NE(run.err.find("labels.nrrd: names none of the body's parts; put a names file beside it"),
+            std::string::npos)
+      << run.err;
+  EXPECT_FALSE(fs::exists(result("report.html")));
 }
 
 // Starts the program and lets it run.
