@@ -3,6 +3,7 @@
 #include <span>
 
 #include "inertia/density.hpp"
+#include "pipeline/body/segmentation_files.hpp"
 #include "pipeline/charts/motion_quantity.hpp"
 #include "pipeline/files/folder_lock.hpp"
 #include "pipeline/files/whole_file.hpp"
@@ -138,26 +139,40 @@ void add_views(std::vector<Stage>& stages, RunData& data, const json& all) {
                     [&data](const StageProgress&, const json& record) { return write_page(data, record); }});
 }
 
+std::vector<std::string> segmentation_outputs(const RunSettings& settings) {
+  std::vector<std::string> files;
+  for (const std::string name : segmentation_file_names) files.push_back("segmentation/" + name);
+  if (!settings.segments.empty())
+    for (const std::string name : all_parts_file_names) files.push_back("segmentation/" + name);
+  return files;
+}
+
+/// The run's own points for 3D Slicer may be its --landmarks: then they are an input.
+std::vector<EditableOutput> editable_landmarks(const RunSettings& settings) {
+  std::vector<EditableOutput> files{{"segmentation/landmarks.json"}};
+  const std::string points = "segmentation/landmarks.mrk.json";
+  std::error_code absent;
+  if (settings.landmarks.empty() ||
+      !std::filesystem::equivalent(settings.landmarks, settings.folder / points, absent))
+    files.push_back({points, "segmentation/landmarks.json"});
+  return files;
+}
+
 /// `recorded`: digests of the captured motion's files.
 std::vector<Stage> stages_of(RunData& data, const json& recorded) {
   const RunSettings& settings = data.settings;
   const json all = settings_of(settings);
   const auto mute = [&data](auto work) { return muted(data, work); };
   const auto shown = [&data](auto work) { return shown_by(data, work); };
-  std::vector<std::string> labelled{"segmentation/labels.nii.gz", "segmentation/labels.tsv",
-                                    "segmentation/labels.ctbl", "segmentation/landmarks.json",
-                                    "segmentation/segmentation.json"};
-  if (!settings.segments.empty())
-    labelled.insert(labelled.end(), {"segmentation/parts.nii.gz", "segmentation/parts.tsv"});
   std::vector<Stage> stages;
   stages.push_back(
       {"segmentation",
        {},
        pick(all, {"quantity", "work_grid_mm", "table_tolerance", "label_mapping", "convention", "segments",
                   "keep_paths", "absent"}),
-       std::move(labelled),
+       segmentation_outputs(settings),
        shown(settings.labels.empty() || !settings.label_mapping.empty() ? segment_scan : use_given_labels),
-       {{"segmentation/landmarks.json"}}});
+       editable_landmarks(settings)});
   stages.push_back({"inertia",
                     {"segmentation"},
                     pick(all, {"sex", "pose", "stature_m", "density_curve", "convention", "frames"}),

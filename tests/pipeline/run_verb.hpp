@@ -6,12 +6,14 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <span>
 #include <sstream>
 #include <string>
 
 #include "pipeline/files/whole_file.hpp"
+#include "process/input_file.hpp"
 #include "samples/phantom.hpp"
 #include "samples/phantom_voxels.hpp"
 #include "segmentation/files/landmarks_file.hpp"
@@ -99,6 +101,18 @@ class RunVerb : public testing::Test {
 };
 
 using Names = std::set<std::string>;
+
+/// Files in a run's folder, and those that its run.json records as outputs of a stage.
+inline std::pair<Names, Names> found_and_recorded(const fs::path& run) {
+  Names found, recorded;
+  for (const auto& entry : fs::recursive_directory_iterator(run))
+    if (entry.is_regular_file()) found.insert(entry.path().lexically_relative(run).string());
+  const auto record = nlohmann::json::parse(read_input_file(run / "run.json").value());
+  for (const auto& stage : record["stages"])
+    for (const auto& [file, bytes] : stage["outputs"].items()) recorded.insert(file);
+  return {found, recorded};
+}
+
 inline const Names all{"segmentation", "inertia", "skeleton", "motion", "mesh",
                        "models",       "glb",     "slices",   "report"};
 

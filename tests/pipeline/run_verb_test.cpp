@@ -206,6 +206,47 @@ TEST_F(RunVerb, ChangedOutputIsWrittenAgain) {
   }
 }
 
+TEST_F(RunVerb, RecordsEveryFileItWrites) {
+  std::string walk = "walk\nversion=1\nnRows=20\nnColumns=2\ninDegrees=yes\nendheader\ntime\tknee_left\n";
+  for (int row = 0; row < 20; ++row) walk += fmt::format("{}\t{}\n", 0.01 * row, row);
+  folder.write("walk.mot", walk);
+  for (const std::string& run :
+       {path("scan.mhd") + words() + " --skin --segments trunk,thigh_left,thigh_right",
+        path("scan.mhd") + words() + " --model-tolerance 50%",
+        path("scan.mhd") + words() + " --band-draws 1 --motion " + path("walk.mot")}) {
+    fs::remove_all(folder / "out");
+    stages_done(run);
+    auto [found, recorded] = found_and_recorded(folder / "out/s");
+    recorded.insert({".lock", "run.json", "settings.toml"});  // of the run itself
+    recorded.erase("body.png"), found.erase("body.png");      // only where the machine can draw
+    EXPECT_EQ(found, recorded) << run;
+  }
+}
+
+TEST_F(RunVerb, KeepsPointsMovedInSlicer) {
+  const std::string run = path("scan.mhd") + words();
+  stages_done(run);
+  const fs::path points = result("segmentation/landmarks.mrk.json");
+  const std::string whole = read_input_file(points).value();
+  fs::remove(points);
+  EXPECT_EQ(stages_done(run), Names{"segmentation"});
+  EXPECT_EQ(read_input_file(points).value(), whole);
+  // moved points stay, and the program says how they count
+  std::string moved = whole;
+  moved.insert(moved.rfind('}'), "\n");
+  ASSERT_TRUE(write_whole(points, moved));
+  const ProgramRun again = run_program("run " + run);
+  EXPECT_NE(again.err.find("landmarks.mrk.json was changed by hand and is kept, although later stages read "
+                           "segmentation/landmarks.json"),
+            std::string::npos)
+      << again.err;
+  EXPECT_EQ(read_input_file(points).value(), moved);
+  // given back, they are an input: no edit that a stage would overwrite
+  EXPECT_TRUE(stages_done(path("scan.mhd") + words("s", "out/s/segmentation/landmarks.mrk.json"))
+                  .contains("segmentation"));
+  EXPECT_EQ(read_input_file(points).value(), moved);
+}
+
 // A file's text, with the report's packed blocks unpacked.
 std::string text_of_output(const fs::path& file) {
   const auto read = read_input_file(file);
