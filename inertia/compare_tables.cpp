@@ -186,8 +186,9 @@ std::vector<std::string> remarks_on(const std::vector<NamedTable>& tables) {
   for (std::size_t i = 0; i < tables.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)
       if (same_numbers(tables[i].table, tables[j].table))
-        remarks.push_back(fmt::format("{} and {} contain the same numbers, so one body counts twice",
-                                      tables[j].name, tables[i].name));
+        remarks.push_back(
+            fmt::format("tables {} ({}) and {} ({}) contain the same numbers, so one body counts twice",
+                        j + 1, tables[j].name, i + 1, tables[i].name));
   return remarks;
 }
 

@@ -206,7 +206,9 @@ Sweep sweep_of_scenes(std::vector<Scene> scenes, const std::vector<std::string>&
       same = true;
       same_file = same_file || last_part(files[k]) == last_part(files[i]);
     }
-    if (same) sweep.names[i] += fmt::format(" ({})", same_file ? files[i] : last_part(files[i]));
+    if (same)
+      sweep.names[i] +=
+          fmt::format(" ({}{})", last_part(files[i]), same_file ? fmt::format(", {}", i + 1) : "");
   }
   return sweep;
 }

@@ -52,7 +52,7 @@ Result<const T*> RunData::once(std::optional<T>& stored, Make make) {
 
 void RunData::add_reader_warnings(const std::vector<std::string>& warnings) {
   const std::lock_guard lock(mutex_);
-  reader_warnings_.insert(reader_warnings_.end(), warnings.begin(), warnings.end());
+  for (const std::string& warning : warnings) reader_warnings_.push_back(names.without_folders(warning));
 }
 
 std::vector<std::string> RunData::reader_warnings() {

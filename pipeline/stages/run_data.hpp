@@ -66,7 +66,8 @@ class RunData {
   void keep(std::vector<Mesh> made) { put(meshes_, std::move(made)); }
   void keep(ScanViews made) { put(views_, std::move(made)); }
 
-  /// Warnings of the inputs' readers so far. A failed run needs them, since no stage has recorded them yet.
+  /// Warnings of the inputs' readers so far, without folders. A failed run needs them, since no stage has
+  /// recorded them yet.
   void add_reader_warnings(const std::vector<std::string>& warnings);
   std::vector<std::string> reader_warnings();
 

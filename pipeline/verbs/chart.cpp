@@ -173,7 +173,7 @@ Result<WorkPrecision> run_methods(const Scene& scene, const WorkPrecisionSetting
     return kept.write(points);
   };
   observer.round_ends = [&](const WorkPrecision& coarse) {
-    if (auto done = write_work_precision(coarse, folder, command.warnings()); !done) return done;
+    if (auto done = write_work_precision(coarse, folder, command.warnings_in_files()); !done) return done;
     bar.end(fmt::format("{} runs in {}; finer ones follow", coarse.points.size(),
                         (folder / "chart.html").string()));
     bar.begin("chart");
@@ -206,6 +206,7 @@ Result<nlohmann::json> work(const ChartOptions& o, const Command& command) {
   auto model = read_model(command, o.scene, o.model);
   if (!model) return tl::unexpected(model.error());
   Scene& scene = model->scene;
+  scene.file = command.names().name_of(scene.file);  // the page tells why runs failed, and where
   scene.simulation.end_time = o.end.value_or(scene.simulation.end_time);
   WorkPrecisionSettings settings = chart_settings(o);
   const auto asked = what_is_asked(o, scene, settings);
@@ -215,7 +216,7 @@ Result<nlohmann::json> work(const ChartOptions& o, const Command& command) {
   const KeptPoints kept(folder / partial, *asked + *reference);
   const auto chart = run_methods(scene, settings, folder, kept, command);
   if (!chart) return tl::unexpected(chart.error());
-  if (auto done = write_work_precision(*chart, folder, command.warnings()); !done)
+  if (auto done = write_work_precision(*chart, folder, command.warnings_in_files()); !done)
     return tl::unexpected(done.error());
   kept.remove();
   say_when_stopped(nullptr);

@@ -12,7 +12,6 @@
 #include "pipeline/charts/economy_page.hpp"
 #include "pipeline/charts/picture.hpp"
 #include "pipeline/charts/volume_economy.hpp"
-#include "pipeline/files/input_names.hpp"
 #include "pipeline/files/whole_file.hpp"
 #include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/model_options.hpp"
@@ -108,10 +107,10 @@ Result<nlohmann::json> work_on_volume(const EconomyOptions& o, const Command& co
   command.warn(economy->warnings);
   if (auto done = write_plots(volume_economy_plots(*economy), folder); !done)
     return tl::unexpected(done.error());
-  const std::string title = InputNames(false, {}).name_of(o.input);
+  const std::string title = command.names().name_of(o.input);
   for (const auto& [name, text] :
        {std::pair("economy.csv", volume_economy_csv(*economy)),
-        std::pair("economy.html", volume_economy_page(*economy, title, command.warnings()))})
+        std::pair("economy.html", volume_economy_page(*economy, title, command.warnings_in_files()))})
     if (auto done = write_whole(folder / name, text); !done) return tl::unexpected(done.error());
   nlohmann::json trials = nlohmann::json::array();
   for (const VolumeTrial& t : economy->trials)
@@ -151,13 +150,15 @@ Result<nlohmann::json> work_on_scene(const EconomyOptions& o, const Command& com
   auto model = read_model(command, o.input, o.model);
   if (!model) return tl::unexpected(model.error());
   model->scene.simulation.end_time = o.end.value_or(model->scene.simulation.end_time);
+  model->scene.file = command.names().name_of(o.input);  // the page tells why locks failed, and where
   ProgressBar bar(command.json);
   bar.begin("economy");
   const auto economy = scene_economy(model->scene, o.settings,
                                      [&](const std::string&, double fraction) { bar.update(fraction); });
   if (!economy) return tl::unexpected(economy.error());
   bar.end(fmt::format("{} models", economy->models.size()));
-  if (auto done = write_all(*economy, folder, command.warnings()); !done) return tl::unexpected(done.error());
+  if (auto done = write_all(*economy, folder, command.warnings_in_files()); !done)
+    return tl::unexpected(done.error());
   if (!command.json) {
     print(*economy);
     fmt::print("{}: the smallest model; a page, SVG, PNG and CSV files are beside it\n",

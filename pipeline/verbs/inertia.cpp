@@ -13,7 +13,6 @@
 #include "pipeline/body/mr_scan.hpp"
 #include "pipeline/body/segmentation_files.hpp"
 #include "pipeline/body/skeleton.hpp"
-#include "pipeline/files/input_names.hpp"
 #include "pipeline/files/subject.hpp"
 #include "pipeline/files/whole_file.hpp"
 #include "pipeline/verbs/inputs.hpp"
@@ -33,7 +32,6 @@ struct InertiaSettings {
   MeasureOptions measure;
   std::vector<std::string> compared;
   std::vector<std::string> outputs;
-  bool keep_paths = false;
 };
 
 // the map of all parts from which a map of segments was made (segmentation_files.hpp); empty if there is none
@@ -197,14 +195,12 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, cons
   auto table =
       measure(body->weighed(), std::move(parts->labels), parts->landmarks, *options, parts->completeness);
   if (!table) return tl::unexpected(table.error());
-  const InputNames input_names(settings.keep_paths, {settings.volume, settings.labels, settings.names});
-  table->source.volume = input_names.name_of(settings.volume);
+  table->source.volume = command.names().name_of(settings.volume);
   table->source.quantity = body->scan.reading;
   table->source.segmentation = parts->verdict;
   command.warn(table->warnings);
   if (options->frames == "isb" && table->source.frames != "isb") command.warn(std::string(no_isb_frames));
-  table->warnings = command.warnings();
-  for (std::string& warning : table->warnings) warning = input_names.without_folders(std::move(warning));
+  table->warnings = command.warnings_in_files();
   return table;
 }
 
@@ -324,12 +320,13 @@ Result<nlohmann::json> compare_files(const InertiaSettings& settings, const Comm
     tables.push_back({path, std::move(*table)});
   }
   if (auto fine = check_comparable(tables); !fine) return tl::unexpected(fine.error());
+  command.warn(remarks_on(tables));
+  for (NamedTable& table : tables) table.name = command.names().name_of(table.name);
   for (const std::string& output : settings.outputs)
     if (auto written =
             write_whole(output, output.ends_with(".csv") ? comparison_csv(tables) : comparison_json(tables));
         !written)
       return tl::unexpected(written.error());
-  command.warn(remarks_on(tables));
   if (!command.json && tables.size() == 2) print_differences(tables);
   if (!command.json && tables.size() > 2) print_group(tables);
   return nlohmann::json::parse(comparison_json(tables));
@@ -387,7 +384,7 @@ void add_inertia(CLI::App& program, Command& command) {
       ->check(one_of(cut_names));
   add_shared(*verb, flags::frames, settings->measure.frames)->capture_default_str();
   add_shared(*verb, flags::segments, settings->segments);
-  add_shared(*verb, flags::keep_paths, settings->keep_paths);
+  add_shared(*verb, flags::keep_paths, command.keep_paths);
   verb->add_option("--compare", settings->compared,
                    "Compare these tables (.json) instead: two give differences, more give means and "
                    "regressions on stature and mass")

@@ -178,6 +178,18 @@ void add_verbs(CLI::App& program, borelli::Command& command) {
   }
 }
 
+// What the command line gives as files and folders, except outputs.
+std::vector<std::string> inputs_of(const CLI::App& verb) {
+  std::vector<std::string> inputs;
+  for (const CLI::Option* option : verb.get_options()) {
+    const std::string type = option->get_type_name();
+    const bool path = option->get_positional() || type.ends_with("FILE") || type.ends_with("FOLDER");
+    if (!path || option->get_name() == "--output") continue;
+    inputs.insert(inputs.end(), option->results().begin(), option->results().end());
+  }
+  return inputs;
+}
+
 int run(int argc, char** argv) {
   borelli::Command command;
   std::string max_memory;
@@ -212,6 +224,7 @@ int run(int argc, char** argv) {
   }
   borelli::set_memory_limit(borelli::bytes_from(max_memory).value_or(borelli::memory_limit()));
   if (command.threads > 0) borelli::all_threads = command.threads;
+  command.inputs = inputs_of(*program.get_subcommands().front());
   const auto answer = command.work(command);
   for (const std::string& warning : command.warnings()) borelli::say("warning: {}\n", one_line(warning));
   if (!command.json)

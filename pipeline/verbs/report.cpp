@@ -190,10 +190,11 @@ Result<void> show_no_face(Found& found, const Command& command, const fs::path& 
 /// Adds the verb's warnings to those of the run, for the page.
 void show_warnings(const Command& command, Found& found) {
   json& run = found.inputs.run;
-  if (command.warnings().empty()) return;
+  const std::vector<std::string> warnings = command.warnings_in_files();
+  if (warnings.empty()) return;
   if (run.is_null()) run = json::object();
   json& all = run["warnings"];
-  for (const std::string& warning : command.warnings()) all.push_back(warning);
+  for (const std::string& warning : warnings) all.push_back(warning);
 }
 
 Result<json> run(const ReportAsked& asked, const Command& command) {

@@ -10,7 +10,6 @@
 #include "pipeline/body/mr_scan.hpp"
 #include "pipeline/body/segmentation_files.hpp"
 #include "pipeline/body/table_tolerance.hpp"
-#include "pipeline/files/input_names.hpp"
 #include "pipeline/files/whole_file.hpp"
 #include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/progress.hpp"
@@ -31,7 +30,7 @@ struct SegmentAsked {
   std::string volume, folder, quantity, landmarks, labels, names, mapping, segments, tolerance, absent,
       convention = "deleva1996";
   double step = 3;
-  bool step_chosen = false, keep_paths = false, dicom = false, patient = false;
+  bool step_chosen = false, dicom = false, patient = false;
 };
 
 void print(const Segmentation& found, const std::string& reading, const std::string& folder) {
@@ -175,10 +174,9 @@ Result<nlohmann::json> run(const SegmentAsked& asked, const Command& command) {
   add_reader_warnings(command.warnings(), scanned->volume.grid, *found);
   if (pick && !pick->met) found->warnings.push_back({WarningKind::table, Severity::note, in_words(*pick)});
   command.warn_first(in_sentences(found->warnings));
-  const InputNames input_names(asked.keep_paths,
-                               {asked.volume, asked.labels, asked.names, asked.mapping, asked.landmarks});
-  auto account = input_names.without_folders(
-      segmentation_account(*found, input_names.name_of(asked.volume), scanned->reading));
+  const InputNames names = command.names();
+  auto account =
+      names.without_folders(segmentation_account(*found, names.name_of(asked.volume), scanned->reading));
   if (pick) account["tolerance"] = to_json(*pick);
   if (const auto written = write_segmentation(asked.folder, *found, account, asked.landmarks); !written)
     return tl::unexpected(written.error());
@@ -215,7 +213,7 @@ void add_segment(CLI::App& program, Command& command) {
   add_shared(*verb, flags::work_grid, asked->step)->capture_default_str();
   add_shared(*verb, flags::table_tolerance, asked->tolerance,
              "; chooses the coarsest work grid that keeps it");
-  add_shared(*verb, flags::keep_paths, asked->keep_paths);
+  add_shared(*verb, flags::keep_paths, command.keep_paths);
   auto* dicom = add_shared(*verb, flags::dicom, asked->dicom, "; it refers to the scan's images");
   add_shared(*verb, flags::patient, asked->patient)->needs(dicom);
   group_options(*verb, "Labels of another program", {"--labels", "--label-mapping", "--label-names"});

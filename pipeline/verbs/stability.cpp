@@ -46,6 +46,7 @@ Result<Scene> read(const StabilityOptions& o, const std::string& file, const Com
   auto model = read_model(command, file, o.model);
   if (!model) return tl::unexpected(model.error());
   model->scene.simulation.end_time = o.end.value_or(model->scene.simulation.end_time);
+  model->scene.file = command.names().name_of(file);  // the page tells why runs failed, and where
   return std::move(model->scene);
 }
 
@@ -86,7 +87,7 @@ Result<Sweep> sweep_of(const StabilityOptions& o, const Command& command) {
   auto text = read_input_file(o.scenes[0]);
   if (text && !parse_scene(*text, o.scenes[0])) text = write_scene(*scene);
   if (!text) return tl::unexpected(text.error());
-  auto sweep = sweep_of_number(*text, o.scenes[0], vary->first, *values);
+  auto sweep = sweep_of_number(*text, command.names().name_of(o.scenes[0]), vary->first, *values);
   if (sweep)
     for (Result<Scene>& one : sweep->scenes)
       if (one && o.end) one->simulation.end_time = *o.end;
@@ -276,7 +277,7 @@ Result<nlohmann::json> work_on_map(const StabilityOptions& o, const Command& com
     return tl::unexpected(done.error());
   for (const auto& [name, text] :
        {std::pair("stability.csv", stability_csv(*map)), std::pair("limits.csv", stability_limits_csv(*map)),
-        std::pair("stability.html", stability_page(*map, command.warnings()))})
+        std::pair("stability.html", stability_page(*map, command.warnings_in_files()))})
     if (auto done = write_whole(folder / name, text); !done) return tl::unexpected(done.error());
   kept.remove();
   say_when_stopped(nullptr);
@@ -324,8 +325,9 @@ Result<nlohmann::json> work_on_long_runs(const StabilityOptions& o, const Comman
   for (const auto& [name, plot] : plots)
     if (auto done = write_whole(folder / (name + ".csv"), csv(plot)); !done)
       return tl::unexpected(done.error());
-  for (const auto& [name, text] : {std::pair("long.csv", long_runs_csv(*runs)),
-                                   std::pair("long.html", long_runs_page(*runs, command.warnings()))})
+  for (const auto& [name, text] :
+       {std::pair("long.csv", long_runs_csv(*runs)),
+        std::pair("long.html", long_runs_page(*runs, command.warnings_in_files()))})
     if (auto done = write_whole(folder / name, text); !done) return tl::unexpected(done.error());
   nlohmann::json all = nlohmann::json::array();
   for (const LongRun& run : runs->runs) {

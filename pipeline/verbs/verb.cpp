@@ -27,6 +27,13 @@ void Command::warn(const std::vector<std::string>& sentences) const {
   for (const std::string& sentence : sentences) warn(sentence);
 }
 
+std::vector<std::string> Command::warnings_in_files() const {
+  const InputNames as = names();
+  std::vector<std::string> out;
+  for (const std::string& warning : messages_->warnings) add_once(out, as.without_folders(warning));
+  return out;
+}
+
 void Command::note(const std::string& sentence) const { add_once(messages_->notes, sentence); }
 
 void Command::add_to_answer(const std::string& name, const nlohmann::json& lists) const {

@@ -10,14 +10,17 @@
 #include <vector>
 
 #include "error/error.hpp"
+#include "pipeline/files/input_names.hpp"
 
 namespace borelli {
 
 /// Options that all verbs share, and the chosen verb.
 struct Command {
-  bool json = false;   ///< print the answer as JSON (and nothing else) on standard output
-  int threads = 0;     ///< 0: as many as the machine has
-  bool force = false;  ///< repeat work that is already done
+  bool json = false;                ///< print the answer as JSON (and nothing else) on standard output
+  int threads = 0;                  ///< 0: as many as the machine has
+  bool force = false;               ///< repeat work that is already done
+  bool keep_paths = false;          ///< output files name inputs by whole paths
+  std::vector<std::string> inputs;  ///< files and folders that the command line names, except outputs
   /// The chosen verb's work. Returns what --json prints; without --json the verb prints its own text.
   std::function<Result<nlohmann::json>(const Command&)> work;
 
@@ -29,6 +32,10 @@ struct Command {
   /// Inserts these before all existing warnings, in this order, without duplicates.
   void warn_first(const std::vector<std::string>& sentences) const;
   const std::vector<std::string>& warnings() const { return messages_->warnings; }
+  /// How output files name the inputs. (The terminal shows paths as the user gave them.)
+  InputNames names() const { return {keep_paths, inputs}; }
+  /// The warnings as output files hold them.
+  std::vector<std::string> warnings_in_files() const;
   /// Adds a note that may interest the user. The program prints "note: ..." on standard error after the work,
   /// except with --json.
   void note(const std::string& sentence) const;

@@ -315,6 +315,32 @@ TEST_F(RunVerb, OutputsDoNotNameTheInputsFolder) {
   EXPECT_EQ(named_in("tables"), (Names{"t.csv", "t.json"}));
 }
 
+TEST_F(RunVerb, FailedRunSaysEachWarningOnceAndWithoutFolders) {
+  // labels that another program saved through floating point
+  const LabelMap& labels = scan().labels;
+  std::vector<float> saved(labels.voxels.begin(), labels.voxels.end());
+  for (float& label : saved) label *= 1.0001F;
+  const auto bytes = std::as_bytes(std::span(saved));
+  folder.write("rounded.raw", {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  std::string header = read_input_file(folder / "scan.mhd").value();
+  header.replace(header.find("MET_SHORT"), 9, "MET_FLOAT");
+  header.replace(header.find("scan.raw"), 8, "rounded.raw");
+  folder.write("rounded.mhd", header);
+  fs::copy_file(folder / "labels.tsv", folder / "rounded.tsv");
+  folder.write("short.mot",
+               "walk\nversion=1\nnRows=2\nnColumns=2\ninDegrees=yes\nendheader\ntime\tknee_left\n"
+               "0\t0\n0.1\t5\n");
+  const ProgramRun run = run_program("run " + path("scan.mhd") + " --labels " + path("rounded.mhd") +
+                                     " --landmarks " + path("joints.json") + " --quantity hu --motion " +
+                                     path("short.mot") + " --subject s -o " + path("out"));
+  EXPECT_EQ(run.code, 2);
+  const std::string said = "were rounded to whole numbers";
+  const std::size_t first = run.err.find(said);
+  EXPECT_NE(first, std::string::npos) << run.err;
+  EXPECT_EQ(run.err.find(said, first + 1), std::string::npos) << run.err;
+  EXPECT_NE(run.err.find("segmentation: rounded.mhd: its labels"), std::string::npos) << run.err;
+}
+
 TEST_F(RunVerb, RefusesTwoRunsInOneFolder) {
   // The first run is halted as soon as its output shows that it has locked the folder.
   const std::string shared = "run " + path("scan.mhd") + " --quantity hu --subject s -o " + path("out");
