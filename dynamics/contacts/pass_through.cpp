@@ -21,15 +21,21 @@ Ends ends_of(const ThickSegment& s, const Pose& X) {
   return {X * (s.centre + s.length / 2 * s.axis), X * (s.centre - s.length / 2 * s.axis)};
 }
 
-double gap_over(const ThickSegment& s, const Pose& X, const Plane& plane, const Pose& X_plane) {
-  const Ends e = ends_of(s, X);
-  const Vector3d n = X_plane.R * plane.normal, on = X_plane * plane.on.point;
-  return std::min(n.dot(e.a - on), n.dot(e.b - on)) - s.radius;
+/// A surface or shape at one time, in the world.
+struct Placed {
+  Ends ends;        // of the core's segment
+  Vector3d on, up;  // of a plane: a point and the normal
+};
+
+Placed placed(const Touchable& one, const Pose& X) {
+  Placed out;
+  if (one.core) out.ends = ends_of(*one.core, X);
+  if (one.plane) out.on = X * one.plane->on.point, out.up = X.R * one.plane->normal;
+  return out;
 }
 
-double gap_between(const ThickSegment& a, const Pose& Xa, const ThickSegment& b, const Pose& Xb) {
-  const Ends ea = ends_of(a, Xa), eb = ends_of(b, Xb);
-  return segment_distance(ea.a, ea.b, eb.a, eb.b) - a.radius - b.radius;
+double gap_over(const Placed& shape, const Placed& plane) {
+  return std::min(plane.up.dot(shape.ends.a - plane.on), plane.up.dot(shape.ends.b - plane.on));
 }
 
 }  // namespace
@@ -79,43 +85,46 @@ double segment_distance(const Vector3d& a, const Vector3d& a_end, const Vector3d
   return least;
 }
 
-void judge_passing(const std::vector<TouchablePair>& pairs, Trajectory& trajectory) {
+void judge_passing(const TouchablePairs& touchable, Trajectory& trajectory) {
+  const auto& [surfaces, pairs] = touchable;
   std::map<std::string, std::size_t> numbers;
   for (std::size_t s = 0; s < trajectory.solids.size(); ++s) numbers[trajectory.solids[s]] = s;
-  const auto pose = [&](std::size_t row, const Touchable& one) {
-    const auto found = numbers.find(one.solid);
-    return found == numbers.end() ? Pose{} : trajectory.pose(row, found->second);
-  };
-  int passed = 0;
-  double first_time = std::numeric_limits<double>::infinity();
-  const TouchablePair* first = nullptr;
-  for (const TouchablePair& pair : pairs) {
-    const auto& [a, b] = pair;
-    if ((!a.core && !a.plane) || (!b.core && !b.plane) || (!a.core && !b.core)) continue;
-    double radius = std::numeric_limits<double>::infinity();
-    for (const Touchable* one : {&a, &b})
-      if (one->core) radius = std::min(radius, one->core->radius);
-    for (std::size_t row = 0; row < trajectory.times.size(); ++row) {
-      const Pose Xa = pose(row, a), Xb = pose(row, b);
-      const double gap = a.plane   ? gap_over(*b.core, Xb, *a.plane, Xa)
-                         : b.plane ? gap_over(*a.core, Xa, *b.plane, Xb)
-                                   : gap_between(*a.core, Xa, *b.core, Xb);
-      if (gap >= -trusted_overlap * radius) continue;
-      ++passed;
-      if (trajectory.times[row] < first_time) {
-        first_time = trajectory.times[row];
-        first = &pair;
+  std::vector<Placed> at(surfaces.size());
+  std::vector<char> passed(pairs.size(), 0);
+  double first_time = 0;
+  const std::pair<int, int>* first = nullptr;
+  for (std::size_t row = 0; row < trajectory.times.size(); ++row) {
+    for (std::size_t s = 0; s < surfaces.size(); ++s) {
+      const auto found = numbers.find(surfaces[s].solid);
+      at[s] = placed(surfaces[s], found == numbers.end() ? Pose{} : trajectory.pose(row, found->second));
+    }
+    for (std::size_t p = 0; p < pairs.size(); ++p) {
+      const Touchable &a = surfaces[pairs[p].first], &b = surfaces[pairs[p].second];
+      if (passed[p] || (!a.core && !b.core) || (!a.core && !a.plane) || (!b.core && !b.plane)) continue;
+      const Placed &A = at[pairs[p].first], &B = at[pairs[p].second];
+      double gap = 0, radius = 0;
+      if (a.core && b.core) {
+        gap = segment_distance(A.ends.a, A.ends.b, B.ends.a, B.ends.b) - a.core->radius - b.core->radius;
+        radius = std::min(a.core->radius, b.core->radius);
+      } else {
+        radius = (a.core ? a : b).core->radius;
+        gap = (a.core ? gap_over(A, B) : gap_over(B, A)) - radius;
       }
-      break;
+      if (gap >= -trusted_overlap * radius) continue;
+      passed[p] = 1;
+      if (first) continue;
+      first = &pairs[p];
+      first_time = trajectory.times[row];
     }
   }
   if (!first) return;
+  const auto others = std::count(passed.begin(), passed.end(), 1) - 1;
   Certificate& c = trajectory.certificate;
   const std::string sentence = fmt::format(
       "{} and {} overlap at t = {:.6g} s{}: the model lets them collide, but the scene has no contact for "
       "them",
-      first->a.name, first->b.name, first_time,
-      passed > 1 ? fmt::format(", and {} other pairs then or later", passed - 1) : "");
+      surfaces[first->first].name, surfaces[first->second].name, first_time,
+      others > 0 ? fmt::format(", and {} other pairs then or later", others) : "");
   if (!c.trusted) return c.notes.push_back(sentence);
   c.trusted = false;
   c.reason = sentence;

@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "dynamics/scene/shape.hpp"
@@ -23,9 +24,10 @@ struct Touchable {
 /// cone.
 std::optional<ThickSegment> core_of(const Shape& shape);
 
-/// Two surfaces or shapes that may touch but have no contact in the scene.
-struct TouchablePair {
-  Touchable a, b;
+/// Surfaces and shapes of which some may touch but have no contact in the scene.
+struct TouchablePairs {
+  std::vector<Touchable> surfaces;
+  std::vector<std::pair<int, int>> pairs;  ///< indices into `surfaces`
 };
 
 /// The least distance of two segments, m, given by their end points.
@@ -36,6 +38,6 @@ double segment_distance(const Eigen::Vector3d& a, const Eigen::Vector3d& a_end, 
 /// radius, the limit that also applies to contacts. If any overlap, the certificate becomes untrusted and
 /// names the first pair, its time, and the number of other pairs. Overlap outside the cores or between rows
 /// goes unnoticed.
-void judge_passing(const std::vector<TouchablePair>& pairs, Trajectory& trajectory);
+void judge_passing(const TouchablePairs& touchable, Trajectory& trajectory);
 
 }  // namespace borelli

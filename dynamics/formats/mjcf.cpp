@@ -190,12 +190,12 @@ class MjcfReader {
           "contacts of {} pairs of geoms, too many to solve together with {:.0f} coordinates: they "
           "pass through each other",
           found.crowded, freedoms()));
-    if (found.without.size() > found.crowded)
+    if (found.without.pairs.size() > found.crowded)
       model_.not_modelled.motion.push_back(fmt::format(
           "contacts of {} pairs of geoms that may touch, such as {} and {}: they pass through each other; "
           "contacts of height fields, and of meshes whose files cannot be read, are not modelled",
-          found.without.size() - found.crowded, found.first.first, found.first.second));
-    for (TouchablePair& pair : found.without) model_.without_contact.push_back(std::move(pair));
+          found.without.pairs.size() - found.crowded, found.first.first, found.first.second));
+    model_.without_contact = std::move(found.without);
   }
 
   void scale_to_total_mass() {

@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <array>
 
 #include "dynamics/formats/mjcf_edit.hpp"
 #include "dynamics/scene/convex.hpp"
@@ -68,14 +69,7 @@ ConstraintKind between_rounded(const Touchable& over, const Touchable& under, co
   return CapsuleOverCapsule{at_a, at_b, a.axis, b.axis, a.length, b.length, radii, rubs};
 }
 
-enum class Modelled { not_at_all, over_plane, rounded, convex };
-
-Modelled modelled(const MjcfGeom& a, const MjcfGeom& b) {
-  const Shape *of_a = form_of(a), *of_b = form_of(b);
-  if ((a.plane && of_b) || (b.plane && of_a)) return Modelled::over_plane;
-  if (!of_a || !of_b) return Modelled::not_at_all;
-  return is_rounded(a) && is_rounded(b) ? Modelled::rounded : Modelled::convex;
-}
+constexpr const char* remedy = "<flag contact=\"disable\"/> in <option> switches contacts off";
 
 }  // namespace
 
@@ -111,11 +105,21 @@ MjcfContacts::MjcfContacts(const XmlElement& root) : root_(root) {
   }
 }
 
+MjcfContacts::Modelled MjcfContacts::modelled(const Surface& a, const Surface& b) {
+  if (a.extent == Extent::none || b.extent == Extent::none) return Modelled::not_at_all;
+  if (a.extent == Extent::plane || b.extent == Extent::plane)
+    return a.extent == b.extent ? Modelled::not_at_all : Modelled::over_plane;
+  return a.extent == Extent::rounded && b.extent == Extent::rounded ? Modelled::rounded : Modelled::convex;
+}
+
 void MjcfContacts::add(const XmlElement& element, const MjcfGeom& geom, const Body& body) {
   Surface s;
   s.name = element.text("name");
   s.body = body;
+  s.weld = number_of(body.weld), s.weld_parent = number_of(body.weld_parent);
   s.geom = geom;
+  if (form_of(geom)) s.extent = is_rounded(geom) ? Extent::rounded : Extent::convex;
+  if (geom.plane) s.extent = Extent::plane;
   s.type = mask_of(element, "contype");
   s.affinity = mask_of(element, "conaffinity");
   s.priority = whole_number(element, "priority", 0);
@@ -126,24 +130,28 @@ void MjcfContacts::add(const XmlElement& element, const MjcfGeom& geom, const Bo
   surfaces_.push_back(std::move(s));
 }
 
+int MjcfContacts::number_of(const std::string& weld) {
+  return welds_.try_emplace(weld, int(welds_.size())).first->second;
+}
+
 std::string MjcfContacts::Surface::words() const {
   if (!name.empty()) return fmt::format("geom '{}'", name);
   return body.solid == world_name ? "a geom of the world" : fmt::format("a geom of '{}'", body.solid);
 }
 
 const MjcfContacts::Rubbing* MjcfContacts::pair_of(const Surface& a, const Surface& b) const {
+  if (paired_.empty()) return nullptr;
   const auto found = paired_.find({a.name, b.name});
   return found == paired_.end() ? nullptr : &found->second;
 }
 
 bool MjcfContacts::may_touch(const Surface& a, const Surface& b) const {
-  if (a.body.weld == b.body.weld) return false;
-  if (!paired_.empty() && pair_of(a, b)) return true;
+  if (a.weld == b.weld) return false;
+  if (pair_of(a, b)) return true;
   if (!any_) return false;
   if (!(a.type & b.affinity) && !(b.type & a.affinity)) return false;
   if (!excluded_.empty() && excluded_.contains({a.body.name, b.body.name})) return false;
-  return parents_ || a.still() || b.still() ||
-         (a.body.weld_parent != b.body.weld && b.body.weld_parent != a.body.weld);
+  return parents_ || a.still() || b.still() || (a.weld_parent != b.weld && b.weld_parent != a.weld);
 }
 
 MjcfContacts::Rubbing MjcfContacts::between(const Surface& a, const Surface& b) const {
@@ -177,69 +185,84 @@ std::vector<ConstraintKind> MjcfContacts::over_plane(const Surface& over, const 
   return corners;
 }
 
-// The surfaces that may touch any other. Refuses more pairs of them than fit into memory.
-std::vector<const MjcfContacts::Surface*> MjcfContacts::touching(double freedoms, Crowds& crowds) const {
+// The surfaces that may touch any other.
+std::vector<const MjcfContacts::Surface*> MjcfContacts::touching() const {
   constexpr std::size_t most_surfaces = 20000;  // every pair is tested
-  constexpr double pair_size = 1500;            // bytes
-  constexpr const char* remedy = "<flag contact=\"disable\"/> in <option> switches contacts off";
   std::vector<const Surface*> out;
   for (const Surface& s : surfaces_)
     if (s.type || s.affinity || !paired_.empty()) out.push_back(&s);
   if (out.size() > most_surfaces)
     root_.refuse(fmt::format("has {} geoms that may touch others, expected at most {}; {}", out.size(),
                              most_surfaces, remedy));
-  std::size_t pairs = 0, contacts = 0, convex = 0;
-  for (std::size_t i = 0; i < out.size(); ++i)
+  return out;
+}
+
+// Refuses more pairs than fit into memory.
+MjcfContacts::Crowds MjcfContacts::count(const std::vector<const Surface*>& surfaces, double freedoms) const {
+  constexpr double contact_size = 1500, size_without = sizeof(std::pair<int, int>);  // bytes
+  std::array<std::size_t, 4> pairs{};                                                // by Modelled
+  std::size_t convex = 0;  // contacts of convex pairs
+  for (std::size_t i = 0; i < surfaces.size(); ++i)
     for (std::size_t j = 0; j < i; ++j) {
-      if (!may_touch(*out[i], *out[j])) continue;
-      ++pairs;
-      const MjcfGeom &a = out[i]->geom, &b = out[j]->geom;
-      const Modelled how = modelled(a, b);
-      if (how == Modelled::convex)
-        convex += std::size_t(std::min(most_contacts(form_of(a)->form), most_contacts(form_of(b)->form)));
-      else
-        contacts += how != Modelled::not_at_all;
+      if (!may_touch(*surfaces[i], *surfaces[j])) continue;
+      const Modelled how = modelled(*surfaces[i], *surfaces[j]);
+      ++pairs[std::size_t(how)];
+      if (how != Modelled::convex) continue;
+      const Shape *a = form_of(surfaces[i]->geom), *b = form_of(surfaces[j]->geom);
+      convex += std::size_t(std::min(most_contacts(a->form), most_contacts(b->form)));
     }
-  crowds.rounded = 3. * double(contacts) * freedoms > most_contact_numbers;
+  const auto [unknown, over_planes, rounded, convex_pairs] = pairs;
+  const std::size_t contacts = over_planes + rounded;
   const double rows = 3. * double(contacts + convex);
-  crowds.convex = rows * freedoms > most_contact_numbers || rows > most_contact_rows;
-  auto room = admit_memory(root_.where(), fmt::format("a model of {} pairs of geoms that may touch", pairs),
-                           pair_size * double(pairs));
+  Crowds out;
+  out.rounded = 3. * double(contacts) * freedoms > most_contact_numbers;
+  out.convex = rows * freedoms > most_contact_numbers || rows > most_contact_rows;
+  out.without = unknown + (out.rounded ? rounded : 0) + (out.convex ? convex_pairs : 0);
+  const std::size_t all = contacts + unknown + convex_pairs;
+  auto room = admit_memory(root_.where(), fmt::format("a model of {} pairs of geoms that may touch", all),
+                           contact_size * double(all - out.without) + size_without * double(out.without));
   if (room) return out;
   room.error().what += fmt::format("; {}", remedy);
   throw XmlRefusal{room.error()};
 }
 
 MjcfContacts::Found MjcfContacts::find(UniqueNames names, double freedoms) const {
+  std::set<std::string_view> known;
+  for (const Surface& s : surfaces_) known.insert(s.name);
   for (const XmlElement* pair : pairs_)
     for (const char* key : {"geom1", "geom2"})
-      if (std::none_of(surfaces_.begin(), surfaces_.end(),
-                       [&](const Surface& s) { return s.name == pair->require(key); }))
+      if (!known.contains(pair->require(key)))
         pair->refuse(key, fmt::format("there is no geom named '{}'", pair->require(key)));
   Found out;
   const auto label = [](const Surface& s, const std::string& standard) {
     return s.name.empty() ? standard : s.name;
   };
-  Crowds crowds;
-  const std::vector<const Surface*> surfaces = touching(freedoms, crowds);
+  const std::vector<const Surface*> surfaces = touching();
+  const Crowds crowds = count(surfaces, freedoms);
+  std::vector<Touchable> touchables;
+  for (const Surface* s : surfaces) touchables.push_back(touchable(s->words(), s->body.solid, s->geom));
+  out.without.pairs.reserve(crowds.without);
   for (std::size_t i = 0; i < surfaces.size(); ++i)
     for (std::size_t j = 0; j < i; ++j) {
       const bool swapped = surfaces[i]->geom.plane.has_value();
-      const Surface &under = *surfaces[swapped ? i : j], &over = *surfaces[swapped ? j : i];
+      const std::size_t lower = swapped ? i : j, upper = swapped ? j : i;
+      const Surface &under = *surfaces[lower], &over = *surfaces[upper];
       if (!may_touch(under, over)) continue;
+      const Touchable &below = touchables[lower], &above = touchables[upper];
+      const Modelled how = modelled(over, under);
+      if ((how == Modelled::rounded && crowds.rounded) || (how == Modelled::convex && crowds.convex)) {
+        ++out.crowded;
+        out.without.pairs.emplace_back(lower, upper);
+        continue;
+      }
       const Rubbing rubs = between(under, over);
       const ContactSurface surface{.friction = rubs.dimensions == 1 ? 0 : rubs.friction};
-      const Touchable below = touchable(under.words(), under.body.solid, under.geom),
-                      above = touchable(over.words(), over.body.solid, over.geom);
-      const Modelled how = modelled(over.geom, under.geom);
-      const bool left_out =
-          (how == Modelled::rounded && crowds.rounded) || (how == Modelled::convex && crowds.convex);
       std::vector<ConstraintKind> kinds;
       if (how == Modelled::over_plane)
         kinds = over_plane(over, *below.plane, surface);
-      else if (how == Modelled::rounded && !left_out)
+      else if (how == Modelled::rounded)
         kinds = {between_rounded(above, below, surface)};
-      else if (how == Modelled::convex && !left_out)
+      else if (how == Modelled::convex)
         kinds = {ConvexOverConvex{{over.body.solid},
                                   {under.body.solid},
                                   *form_of(over.geom),
@@ -247,18 +270,18 @@ MjcfContacts::Found MjcfContacts::find(UniqueNames names, double freedoms) const
                                   surface,
                                   {},
                                   {}}};
-      const std::string standard = below.plane ? "plane" : under.body.solid;
-      for (ConstraintKind& kind : kinds)
-        out.contacts.push_back(
-            {names.make(fmt::format("{} over {}", label(over, over.body.solid), label(under, standard))),
-             std::move(kind)});
-      out.crowded += left_out;
-      if (kinds.empty() && !left_out && out.first.first.empty()) out.first = {below.name, above.name};
-      if (kinds.empty())
-        out.without.push_back({below, above});
-      else
-        out.twisting += rubs.dimensions > 3;
+      if (kinds.empty()) {
+        if (out.first.first.empty()) out.first = {below.name, above.name};
+        out.without.pairs.emplace_back(lower, upper);
+        continue;
+      }
+      out.twisting += rubs.dimensions > 3;
+      const std::string name =
+          fmt::format("{} over {}", label(over, over.body.solid),
+                      label(under, below.plane ? std::string("plane") : under.body.solid));
+      for (ConstraintKind& kind : kinds) out.contacts.push_back({names.make(name), std::move(kind)});
     }
+  if (!out.without.pairs.empty()) out.without.surfaces = std::move(touchables);
   return out;
 }
 

@@ -38,7 +38,7 @@ class MjcfContacts {
 
   struct Found {
     std::vector<Constraint> contacts;
-    std::vector<TouchablePair> without;         ///< pairs that may touch but have no constraint
+    TouchablePairs without;                     ///< that have no constraint
     std::size_t crowded = 0;                    ///< how many of these are left out as too many
     std::pair<std::string, std::string> first;  ///< the first pair of `without` that is not modelled
     int twisting = 0;  ///< contact pairs with torsional or rolling friction (condim 4 or 6), not modelled
@@ -50,14 +50,18 @@ class MjcfContacts {
   Found find(UniqueNames names, double freedoms) const;
 
  private:
+  enum class Extent { none, plane, rounded, convex };
   struct Surface {
+    // asked for every pair, so in one line of the cache
+    int weld = 0, weld_parent = 0;  // numbers of the body's welds; 0: the world
+    unsigned type = 1, affinity = 1;
+    Extent extent = Extent::none;
     std::string name;  // in the file
     Body body;
     MjcfGeom geom;
-    unsigned type = 1, affinity = 1;
     int priority = 0, dimensions = 3;
     double friction = 1;
-    bool still() const { return body.weld == world_name; }
+    bool still() const { return weld == 0; }
     std::string words() const;
   };
   struct Rubbing {
@@ -66,11 +70,16 @@ class MjcfContacts {
   };
   using Names = std::pair<std::string, std::string>;
 
-  /// Whether contacts are left out.
+  /// Which contacts are left out, and how many pairs remain without one.
   struct Crowds {
     bool rounded = false, convex = false;
+    std::size_t without = 0;
   };
-  std::vector<const Surface*> touching(double freedoms, Crowds& crowds) const;
+  enum class Modelled { not_at_all, over_plane, rounded, convex };
+  static Modelled modelled(const Surface& a, const Surface& b);
+  int number_of(const std::string& weld);
+  std::vector<const Surface*> touching() const;
+  Crowds count(const std::vector<const Surface*>& surfaces, double freedoms) const;
   const Rubbing* pair_of(const Surface& a, const Surface& b) const;
   bool may_touch(const Surface& a, const Surface& b) const;
   Rubbing between(const Surface& a, const Surface& b) const;
@@ -79,6 +88,7 @@ class MjcfContacts {
 
   const XmlElement& root_;
   std::vector<Surface> surfaces_;
+  std::map<std::string, int> welds_{{world_name, 0}};
   std::set<Names> excluded_;         // bodies, in either order
   std::map<Names, Rubbing> paired_;  // geoms, in either order
   std::vector<const XmlElement*> pairs_;

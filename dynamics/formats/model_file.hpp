@@ -27,7 +27,7 @@ struct ModelFile {
   NotModelled not_modelled;
   /// Pairs that may touch in the file but have no contact in the scene; judge_passing() checks a motion for
   /// them.
-  std::vector<TouchablePair> without_contact;
+  TouchablePairs without_contact;
 };
 
 /// Reads a scene. The content gives the kind of file: XML with the root <mujoco> is MJCF (mjcf.hpp), with

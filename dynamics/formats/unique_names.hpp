@@ -1,6 +1,7 @@
 // Generates names for unnamed parts of a model.
 #pragma once
 
+#include <map>
 #include <set>
 #include <string>
 
@@ -12,14 +13,22 @@ class UniqueNames {
   /// Registers a name that a file gives. False if it is taken.
   bool take(const std::string& name) { return taken_.insert(name).second; }
 
-  /// `wanted`, with primes appended while it is taken.
-  std::string make(std::string wanted) {
-    while (!take(wanted)) wanted += "'";
-    return wanted;
+  /// `wanted`; while it is taken, with primes appended: b', b'' ... From the tenth on, with one and their
+  /// number (b'10), so that names stay short.
+  std::string make(const std::string& wanted) {
+    std::string name = wanted;
+    for (int& primes = primes_[wanted]; !take(name); name = wanted + ending(++primes)) {
+    }
+    return name;
   }
 
  private:
+  static std::string ending(int primes) {
+    return primes < 10 ? std::string(std::size_t(primes), '\'') : "'" + std::to_string(primes);
+  }
+
   std::set<std::string> taken_;
+  std::map<std::string, int> primes_;  // those of the last name made
 };
 
 }  // namespace borelli

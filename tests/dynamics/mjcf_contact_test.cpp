@@ -144,7 +144,8 @@ TEST(MjcfContacts, PassingThroughIsReportedWithTime) {
                     {.name = "geom 'tin'",
                      .solid = "b",
                      .plane = {},
-                     .core = core_of(model.scene.solids[0].shapes[0].shape)}}},
+                     .core = core_of(model.scene.solids[0].shapes[0].shape)}},
+                   {{0, 1}}},
                   path);
     return path.certificate;
   };
@@ -162,7 +163,8 @@ TEST(MjcfContacts, PassingThroughIsReportedWithTime) {
   Trajectory path = path_of(boxes, 1, 1e-2);
   const auto core = core_of(boxes.scene.solids[0].shapes[0].shape);
   judge_passing({{{.name = "a", .solid = "a", .plane = {}, .core = core},
-                  {.name = "b", .solid = "b", .plane = {}, .core = core}}},
+                  {.name = "b", .solid = "b", .plane = {}, .core = core}},
+                 {{0, 1}}},
                 path);
   EXPECT_NEAR(path.certificate.reason_time, 0.51, 1e-9);  // deeper than 5 mm at the next row
 }
@@ -171,7 +173,7 @@ TEST(MjcfContacts, GeomsCollide) {
   for (const char* geom : {"size='.5'", "type='capsule' size='.5 .2'", "type='box' size='.5 .4 .3'",
                            "type='ellipsoid' size='.5 .4 .3'", "type='cylinder' size='.5 .3'"}) {
     const ModelFile model = two_that_meet(geom);
-    EXPECT_TRUE(model.without_contact.empty());
+    EXPECT_TRUE(model.without_contact.pairs.empty());
     EXPECT_EQ(model.scene.simulation.method, "moreau");
     SimulationSettings how = model.scene.simulation;
     how.end_time = 1;
@@ -188,7 +190,7 @@ TEST(MjcfContacts, TooManyPairsAreReported) {
   for (int i = 0; i < 80; ++i) balls += "<body><freejoint/><geom size='.1'/></body>";
   const ModelFile model = read_text(over_floor(balls));
   EXPECT_EQ(model.scene.constraints.size(), 80u);
-  EXPECT_EQ(model.without_contact.size(), 80u * 79 / 2);
+  EXPECT_EQ(model.without_contact.pairs.size(), 80u * 79 / 2);
   EXPECT_EQ(model.not_modelled.motion[0].find("contacts of 3160 pairs of geoms"), 0u)
       << model.not_modelled.motion[0];
 }
@@ -378,7 +380,7 @@ TEST(MjcfContacts, PairsThatMayTouchEqualMujocos) {
         ++contacts;
       }
     }
-    EXPECT_TRUE(model.without_contact.empty());
+    EXPECT_TRUE(model.without_contact.pairs.empty());
     for (const auto& [pair, touch] : expected)
       EXPECT_TRUE(own.contains(pair)) << pair.first << " " << pair.second << "\n" << xml;
     EXPECT_EQ(own.size(), expected.size()) << xml;

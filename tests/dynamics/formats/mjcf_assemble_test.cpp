@@ -317,6 +317,29 @@ TEST(MjcfBounds, DepthIncludesIncludedFiles) {
   EXPECT_NE(said.find("nested deeper than"), std::string::npos) << said;
 }
 
+TEST(MjcfBounds, ManyGeomsAreReadInSeconds) {
+  const Folder folder;
+  const auto timed = [&](const std::string& bodies) {
+    const auto begin = std::chrono::steady_clock::now();
+    ModelFile read = need(read_model(folder.write("m.xml", model(bodies))));
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    EXPECT_LT(seconds, 5) << bodies.substr(0, 80);  // 0.2 s on an idle machine
+    return read;
+  };
+  const std::string copies = "<replicate count='3000' offset='1 0 0'>", ball = "<geom size='.1'/>";
+  const auto balls = timed(copies + "<body><freejoint/>" + ball + "</body></replicate>");
+  EXPECT_TRUE(balls.scene.constraints.empty());
+  EXPECT_EQ(balls.without_contact.surfaces.size(), 3000u);
+  EXPECT_EQ(balls.without_contact.pairs.size(), 3000u * 2999 / 2);
+  // contacts of the same two solids
+  const auto bunch =
+      timed("<geom type='plane' size='1 1 1'/><body><freejoint/>" + copies + ball + "</replicate></body>");
+  ASSERT_EQ(bunch.scene.constraints.size(), 3000u);
+  EXPECT_EQ(bunch.scene.constraints[0].name, "body 1 over plane");
+  EXPECT_EQ(bunch.scene.constraints[2].name, "body 1 over plane''");
+  EXPECT_LT(bunch.scene.constraints[2999].name.size(), 30u);
+}
+
 TEST(MjcfBounds, TooManyPairsAreRefusedWithAWorkaround) {
   const Folder folder;
   const auto crowd = [&](const std::string& option) {
