@@ -1,6 +1,5 @@
 #include "dynamics/formats/xml_element.hpp"
 
-#include <expat.h>
 #include <fmt/core.h>
 #include <fmt/ranges.h>
 
@@ -9,6 +8,7 @@
 #include <cmath>
 #include <memory>
 
+#include "error/xml_watch.hpp"
 #include "process/input_file.hpp"
 
 namespace borelli {
@@ -17,32 +17,33 @@ namespace {
 bool is_space(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
 
 // Builds the tree from expat's events.
-struct TreeBuilder {
+struct TreeBuilder : XmlWatch {
+  TreeBuilder(std::string of, XML_Parser parser, std::string_view text)
+      : XmlWatch(parser, text), file(std::move(of)) {}
+
   std::string file;
-  XML_Parser parser;
   XmlElement root;
   std::vector<XmlElement*> open{};  // from the root to the element being read
-  bool too_deep = false;
 
+  static TreeBuilder& of(void* self) { return static_cast<TreeBuilder&>(*static_cast<XmlWatch*>(self)); }
   static void start(void* self, const XML_Char* name, const XML_Char** attributes) {
-    static_cast<TreeBuilder*>(self)->begin(name, attributes);
+    of(self).begin(name, attributes);
   }
-  static void end(void* self, const XML_Char*) { static_cast<TreeBuilder*>(self)->finish(); }
+  static void end(void* self, const XML_Char*) { of(self).finish(); }
   static void text(void* self, const XML_Char* from, int count) {
-    auto& open = static_cast<TreeBuilder*>(self)->open;
+    auto& open = of(self).open;
     if (open.back()->children.empty()) open.back()->content.append(from, std::size_t(count));
   }
 
   void begin(const char* name, const char** attributes) {
-    if (std::ssize(open) >= deepest_xml) {
-      too_deep = true;
-      XML_StopParser(parser, XML_FALSE);
-    }
+    if (std::ssize(open) >= deepest_xml)
+      refuse(fmt::format("elements are nested deeper than {}", deepest_xml));
+    check_attributes();
     if (!open.empty()) open.back()->content = {};
     XmlElement* element = open.empty() ? &root : &open.back()->children.emplace_back();
     element->name = name;
     element->file = file;
-    element->line = static_cast<int>(XML_GetCurrentLineNumber(parser));
+    element->line = static_cast<int>(XML_GetCurrentLineNumber(parser()));
     for (; *attributes; attributes += 2)
       element->attributes.push_back(
           {.name = attributes[0], .value = attributes[1], .where = element->where()});
@@ -185,17 +186,12 @@ XmlElement read_xml(const std::filesystem::path& path) {
 
   const std::unique_ptr<XML_ParserStruct, decltype(&XML_ParserFree)> parser(XML_ParserCreate(nullptr),
                                                                             &XML_ParserFree);
-  TreeBuilder builder{.file = path.string(), .parser = parser.get(), .root = {}};
-  XML_SetUserData(parser.get(), &builder);
+  TreeBuilder builder(path.string(), parser.get(), text);
   XML_SetElementHandler(parser.get(), &TreeBuilder::start, &TreeBuilder::end);
   XML_SetCharacterDataHandler(parser.get(), &TreeBuilder::text);
-  if (XML_Parse(parser.get(), text.data(), static_cast<int>(text.size()), XML_TRUE) == XML_STATUS_ERROR) {
-    const std::string where = fmt::format("{}:{}", path.string(), XML_GetCurrentLineNumber(parser.get()));
-    const std::string what = builder.too_deep ? fmt::format("elements are nested deeper than {}", deepest_xml)
-                                              : fmt::format("is not well-formed XML: {}",
-                                                            XML_ErrorString(XML_GetErrorCode(parser.get())));
-    throw XmlRefusal{Error{where, what, Error::Kind::use}};
-  }
+  if (XML_Parse(parser.get(), text.data(), static_cast<int>(text.size()), XML_TRUE) == XML_STATUS_ERROR)
+    throw XmlRefusal{Error{fmt::format("{}:{}", path.string(), XML_GetCurrentLineNumber(parser.get())),
+                           builder.why_stopped(), Error::Kind::use}};
   return std::move(builder.root);
 }
 

@@ -72,7 +72,8 @@ struct XmlElement {
 };
 
 /// Reads the root element of a file. Refuses (by XmlRefusal) a missing file, a folder, XML that is not
-/// well-formed, and nesting deeper than `deepest_xml` elements.
+/// well-formed, entities that the file does not define itself, nesting deeper than `deepest_xml` elements,
+/// and more elements than the memory limit allows.
 XmlElement read_xml(const std::filesystem::path& path);
 
 }  // namespace borelli

@@ -1,6 +1,5 @@
 #include "segmentation/files/nifti_names.hpp"
 
-#include <expat.h>
 #include <fmt/core.h>
 
 #include <bit>
@@ -13,19 +12,25 @@
 #include <string>
 #include <string_view>
 
+#include "error/xml_watch.hpp"
+
 namespace borelli {
 namespace {
 
 using Names = std::map<std::int64_t, std::string>;
 
-struct Table {
+struct Table : XmlWatch {
+  using XmlWatch::XmlWatch;
+  static Table& of(void* user) { return static_cast<Table&>(*static_cast<XmlWatch*>(user)); }
+
   Names names;
   std::optional<std::int64_t> key;  // of the open Label element
   std::string text;
 };
 
 void begin(void* user, const char* element, const char** attributes) {
-  auto& table = *static_cast<Table*>(user);
+  auto& table = Table::of(user);
+  table.check_attributes();
   if (std::string_view(element) != "Label") return;
   table.text.clear();
   for (; *attributes; attributes += 2) {
@@ -38,12 +43,12 @@ void begin(void* user, const char* element, const char** attributes) {
 }
 
 void text(void* user, const char* bytes, int count) {
-  auto& table = *static_cast<Table*>(user);
+  auto& table = Table::of(user);
   if (table.key) table.text.append(bytes, static_cast<std::size_t>(count));
 }
 
 void end(void* user, const char* element) {
-  auto& table = *static_cast<Table*>(user);
+  auto& table = Table::of(user);
   if (std::string_view(element) != "Label") return;
   const auto first = table.text.find_first_not_of(" \t\r\n"), last = table.text.find_last_not_of(" \t\r\n");
   if (table.key.value_or(0) > 0 && first != std::string::npos)
@@ -52,18 +57,16 @@ void end(void* user, const char* element) {
 }
 
 Result<Names> names_in(const std::string& path, std::string_view xml) {
-  Table table;
   const std::unique_ptr<XML_ParserStruct, decltype(&XML_ParserFree)> parser(XML_ParserCreate(nullptr),
                                                                             &XML_ParserFree);
-  XML_SetUserData(parser.get(), &table);
+  Table table(parser.get(), xml);
   XML_SetElementHandler(parser.get(), begin, end);
   XML_SetCharacterDataHandler(parser.get(), text);
   if (XML_Parse(parser.get(), xml.data(), static_cast<int>(xml.size()), 1) != XML_STATUS_OK)
     return failure(
-        path,
-        fmt::format(
-            "has damaged XML with label names in its header ({}); write the file again without these names",
-            XML_ErrorString(XML_GetErrorCode(parser.get()))));
+        path, fmt::format("has label names in its header in a text that {}; write the file again without "
+                          "these names",
+                          table.why_stopped()));
   return std::move(table.names);
 }
 

@@ -136,8 +136,8 @@ TEST(ModelFile, BadFilesAreRefusedInOneSentence) {
   };
   const std::string in = "<inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>";
   const std::pair<std::string, const char*> bad[] = {
-      {"<mujoco><worldbody>\n<body", "model.xml:2: is not well-formed XML: unclosed token"},
-      {"", "model.xml:1: is not well-formed XML: no element found"},
+      {"<mujoco><worldbody>\n<body", "model.xml:2: is not well-formed XML: the file ends within a tag"},
+      {"", "model.xml:1: is not well-formed XML: the file ends before its root element does"},
       {"<sdf/>",
        "the root is <sdf>, expected <mujoco> (MJCF), <robot> (URDF) or <OpenSimDocument> (OpenSim)"},
       {"<mujoco><include file='self.xml'/></mujoco>", "round.xml:2: include: "},
@@ -193,6 +193,60 @@ TEST(ModelFile, BadFilesAreRefusedInOneSentence) {
     EXPECT_NE(model.error().where.find(".xml:"), std::string::npos) << model.error().message();
   }
   EXPECT_NE(read_model("/no/model.xml").error().message().find("no such file"), std::string::npos);
+}
+
+// Expat drops what it cannot expand: a model would lose its bodies without a word.
+TEST(ModelFile, UnreadEntitiesAreRefused) {
+  const Folder folder;
+  const std::string inertial = "<inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>";
+  folder.write("part.ent", "<body>" + inertial + "</body>");
+  const auto model = [&](const std::string& declared, const std::string& inside,
+                         const std::string& name = "a") {
+    return "<!DOCTYPE mujoco" + declared + ">\n<mujoco><worldbody>\n<body name='" + name + "'><freejoint/>" +
+           inertial + inside + "</body></worldbody></mujoco>";
+  };
+  const auto said = [&](const std::string& text, const char* file = "model.xml") {
+    const auto read = read_model(folder.write(file, text));
+    return read ? "read" : read.error().message();
+  };
+  const std::string at = (folder.path() / "model.xml").string() + ":3: ";
+  EXPECT_EQ(
+      said(model(" [<!ENTITY part SYSTEM 'part.ent'>]", "&part;")),
+      at + "takes text from the file 'part.ent' by an entity, which is not read; put the text in its place");
+  const std::string unknown =
+      "uses the entity '&part;', which the file does not define; put its text in its place";
+  EXPECT_EQ(said(model(" SYSTEM 'all.dtd'", "&part;")), at + unknown);
+  EXPECT_EQ(said(model(" SYSTEM 'all.dtd'", "", "&part;")), at + unknown);
+  EXPECT_NE(said(model("", "&part;")).find("it uses an entity (&name;) that it does not define"),
+            std::string::npos);
+  // what the file itself defines stays
+  EXPECT_EQ(said(model(" [<!ENTITY part \"<body>" + inertial + "</body>\">]", "&part;", "&lt;&#65;&amp;")),
+            "read");
+  EXPECT_EQ(said(model(" SYSTEM 'all.dtd' [<!ENTITY part 'b'>]", "", "&part;&lt;&#65;")), "read");
+  // the other formats
+  const std::string robot = "<!DOCTYPE robot SYSTEM 'all.dtd'>\n<robot name='r'>\n&part;</robot>";
+  EXPECT_NE(said(robot, "r.urdf").find("r.urdf:3: " + unknown), std::string::npos) << said(robot, "r.urdf");
+  const std::string osim =
+      "<!DOCTYPE o SYSTEM 'a.dtd'>\n<OpenSimDocument Version='40000'>\n&part;</OpenSimDocument>";
+  EXPECT_NE(said(osim, "m.osim").find("m.osim:3: " + unknown), std::string::npos) << said(osim, "m.osim");
+}
+
+TEST(ModelFile, FaultsOfXmlAreToldInPlainWords) {
+  const Folder folder;
+  for (const auto& [text, words] :
+       {std::pair{"<mujoco></body>", "an end tag has another name"},
+        {"<mujoco a='1' a='2'/>", "an element has two attributes of one name"},
+        {"<mujoco/><mujoco/>", "something follows the end of the root element"},
+        {"<?xml version='1.0' encoding='klingon'?><mujoco/>", "its encoding is not known"},
+        {" <?xml version='1.0'?><mujoco/>", "'<?xml' does not stand at its very beginning"},
+        {"<mujoco>&#0;</mujoco>", "a number (&#...;) stands for no character"},
+        {"<mujoco a=1/>", "a character stands where XML does not allow it"}}) {
+    const auto read = read_model(folder.write("model.xml", text));
+    ASSERT_FALSE(read) << text;
+    EXPECT_NE(read.error().message().find("model.xml:1: is not well-formed XML: " + std::string(words)),
+              std::string::npos)
+        << read.error().message();
+  }
 }
 
 TEST(ModelFile, ReadsDeepTreesAndRefusesEndlessOnes) {

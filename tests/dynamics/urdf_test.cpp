@@ -336,9 +336,10 @@ TEST(Urdf, ListsElementsOfOtherPrograms) {
 TEST(Urdf, BadFilesAreRefusedInOneSentence) {
   const std::string base = link_text("base"), arm = link_text("arm");
   const std::pair<std::string, const char*> bad[] = {
-      {"<robot name='r'>", "robot.urdf:1: is not well-formed XML: no element found"},
+      {"<robot name='r'>",
+       "robot.urdf:1: is not well-formed XML: the file ends before its root element does"},
       {"<robot>\n<link name='a'>\n<inertial>\n</link></robot>",
-       "robot.urdf:4: is not well-formed XML: mismatched tag"},
+       "robot.urdf:4: is not well-formed XML: an end tag has another name"},
       {robot(""), "robot.urdf:1: robot 'r': has no <link>"},
       {robot("<xacro:macro name='m'/>"), "is xacro"},
       {robot(base + "<link name='base'/>"), "has the name of another one"},
