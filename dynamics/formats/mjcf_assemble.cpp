@@ -277,10 +277,7 @@ class Assembler {
     const auto file = (compilers_.of(asset).folder / asset.require("file")).lexically_normal();
     const auto known = loaded_.find(file.string());
     if (known != loaded_.end()) return known->second;
-    std::error_code problem;
-    if (!std::filesystem::is_regular_file(file, problem))
-      asset.refuse("file", fmt::format("no such file: {}", file.string()));
-    XmlElement root = read_xml(file);
+    XmlElement root = read_xml_named(asset, file);
     if (root.name != "mujoco")
       asset.refuse("file", fmt::format("{} contains <{}>, expected <mujoco>", file.string(), root.name));
     return loaded_.emplace(file.string(), prepare(std::move(root))).first->second;

@@ -62,10 +62,7 @@ class Includer {
     auto known = files_.find(name);
     if (known == files_.end()) {
       const path file = (folder_ / name).lexically_normal();
-      std::error_code problem;
-      if (!std::filesystem::is_regular_file(file, problem))
-        include.refuse("file", fmt::format("no such file: {}", file.string()));
-      XmlElement root = read_xml(file);
+      XmlElement root = read_xml_named(include, file);
       const std::size_t size = size_of(root);
       known =
           files_.emplace(name, File{std::filesystem::weakly_canonical(file), std::move(root), size}).first;

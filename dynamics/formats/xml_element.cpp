@@ -195,4 +195,10 @@ XmlElement read_xml(const std::filesystem::path& path) {
   return std::move(builder.root);
 }
 
+XmlElement read_xml_named(const XmlElement& by, const std::filesystem::path& file) {
+  if (const auto fine = check_input_file(file); !fine)
+    by.refuse("file", fmt::format("{}: {}", fine.error().what, file.string()));
+  return read_xml(file);
+}
+
 }  // namespace borelli

@@ -76,4 +76,8 @@ struct XmlElement {
 /// and more elements than the memory limit allows.
 XmlElement read_xml(const std::filesystem::path& path);
 
+/// Reads the root element of the file that the attribute `file` of an element names. Refuses a file that
+/// cannot be read at this element.
+XmlElement read_xml_named(const XmlElement& by, const std::filesystem::path& file);
+
 }  // namespace borelli

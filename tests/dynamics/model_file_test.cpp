@@ -3,6 +3,7 @@
 
 #include <fmt/ranges.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include "dynamics/equations/evaluate.hpp"
 #include "dynamics/formats/scene_file.hpp"
@@ -247,6 +248,26 @@ TEST(ModelFile, FaultsOfXmlAreToldInPlainWords) {
               std::string::npos)
         << read.error().message();
   }
+}
+
+TEST(ModelFile, IncludesThatAreNoFilesGetTheirCause) {
+  const Folder folder;
+  std::filesystem::create_directories(folder.path() / "sub");
+  ASSERT_EQ(mkfifo((folder.path() / "pipe").c_str(), 0600), 0);
+  for (const auto& [name, cause] : {std::pair{"sub", "is a folder, expected a file"},
+                                    {"pipe", "is not a regular file but a pipe or a device"},
+                                    {"/dev/zero", "is not a regular file but a pipe or a device"},
+                                    {"none.xml", "no such file"}})
+    for (const std::string& text :
+         {fmt::format("<mujoco>\n<include file='{}'/></mujoco>", name),
+          fmt::format("<mujoco><asset>\n<model name='m' file='{}'/></asset><worldbody><attach model='m' "
+                      "prefix='p'/></worldbody></mujoco>",
+                      name)}) {
+      const auto read = read_model(folder.write("model.xml", text));
+      ASSERT_FALSE(read) << text;
+      EXPECT_NE(read.error().message().find(cause), std::string::npos) << read.error().message();
+      EXPECT_NE(read.error().where.find("model.xml:2"), std::string::npos) << read.error().message();
+    }
 }
 
 TEST(ModelFile, ReadsDeepTreesAndRefusesEndlessOnes) {
