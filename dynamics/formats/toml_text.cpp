@@ -83,14 +83,24 @@ class NestingScan {
   std::vector<std::size_t> open_;  ///< per open bracket, the parts of the key before it
 };
 
-// Rewords a message of the library, "Error while parsing key-value pair: expected '=', saw ...", as the end
-// of our sentence.
-std::string reworded(std::string_view description) {
+// A fault that the library describes, "Error while parsing key-value pair: expected '=', saw ...", as the end
+// of our sentence. Its own words are quoted only where they are plain.
+std::string fault_in(std::string_view description) {
   constexpr std::string_view begin = "Error while parsing ";
-  const bool in_something = description.starts_with(begin);
-  if (in_something) description.remove_prefix(begin.size());
-  std::string out(in_something ? ", in " : ": ");
-  out += description;
+  if (const auto colon = description.find(": "); description.starts_with(begin) && colon != description.npos)
+    description.remove_prefix(colon + 2);
+  static constexpr std::pair<const char*, const char*> ours[]{
+      {"utf-8", ": its bytes are not UTF-8"},
+      {"end-of-file", ": the file ends too early"},
+      {"could not", ": a value is too large, or not written as TOML writes it"},
+      {"trying to interpret", ": a value is too large, or not written as TOML writes it"},
+      {"expected expected", ": expected a sign or a digit"}};
+  for (const auto& [theirs, words] : ours)
+    if (description.find(theirs) != description.npos) return words;
+  static constexpr const char* plain[]{"expected ", "cannot ", "leading zeroes ", "underscores ", "unknown "};
+  if (std::ranges::none_of(plain, [&](const char* words) { return description.starts_with(words); }))
+    return ": what stands there has no meaning in TOML";
+  std::string out = ": " + std::string(description);
   std::replace_if(
       out.begin(), out.end(), [](unsigned char c) { return c < ' '; }, ' ');
   return out;
@@ -107,7 +117,7 @@ Result<toml::table> parse_toml(std::string_view text, const std::string& file) {
   } catch (const toml::parse_error& e) {
     const auto& at = e.source().begin;
     return bad_use(fmt::format("{}:{}", file, at.line),
-                   fmt::format("is not TOML at column {}{}", at.column, reworded(e.description())));
+                   fmt::format("is not TOML at column {}{}", at.column, fault_in(e.description())));
   }
 }
 

@@ -39,8 +39,17 @@ TEST(TomlText, ReadsTextThatOnlyLooksNested) {
 TEST(TomlText, ReportsFaultsWithLineAndColumn) {
   const auto read = parse_toml("a = 1\nb =\n", "f.toml");
   ASSERT_FALSE(read);
-  EXPECT_EQ(read.error().message().find("f.toml:2: is not TOML at column 4, in key-value pair: "), 0u)
+  EXPECT_EQ(read.error().message().find("f.toml:2: is not TOML at column 4: expected value, saw "), 0u)
       << read.error().message();
+  for (const auto& [text, words] :
+       {std::pair{"a = 1e400", ": a value is too large, or not written as TOML writes it"},
+        {"a = \"\xff\"", ": its bytes are not UTF-8"},
+        {"a = \"x", ": the file ends too early"}}) {
+    const auto bad = parse_toml(text, "f.toml");
+    ASSERT_FALSE(bad) << text;
+    const std::string said = bad.error().message();
+    EXPECT_TRUE(said.starts_with("f.toml:1: is not TOML at column ") && said.ends_with(words)) << said;
+  }
 }
 
 }  // namespace
