@@ -343,6 +343,7 @@ class Assembler {
     elements_ += elements;
     if (elements_ > most_mjcf_elements)
       because.refuse(fmt::format("the model grows to more than {} elements", most_mjcf_elements));
+    admit_xml(because.where(), elements);
   }
 
   MjcfCompilers compilers_;

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <vector>
 
+#include "process/memory.hpp"
+
 namespace borelli {
 namespace {
 
@@ -30,10 +32,15 @@ class NestingScan {
           skip_string();
           break;
         case '.':
+          ++values_;
           if (outer_ + ++parts_ > deepest) return line_;
+          break;
+        case '=':
+          ++values_;
           break;
         case '[':
         case '{':
+          ++values_;
           open_.push_back(parts_);
           if ((outer_ += parts_) > deepest) return line_;
           parts_ = 1;
@@ -44,6 +51,7 @@ class NestingScan {
           parts_ = 1;
           break;
         case ',':
+          ++values_;
           parts_ = 1;
           break;
         default:
@@ -52,6 +60,9 @@ class NestingScan {
     }
     return 0;
   }
+
+  /// The most values that the scanned text can have: tables, lists, numbers ...
+  std::size_t values() const { return values_; }
 
  private:
   // Advances to the last quote of a string; a single-line string ends with its line at the latest.
@@ -77,7 +88,7 @@ class NestingScan {
   }
 
   std::string_view text_;
-  std::size_t at_ = 0, line_ = 1;
+  std::size_t at_ = 0, line_ = 1, values_ = 0;
   std::size_t parts_ = 1;          ///< of the key being read
   std::size_t outer_ = 0;          ///< sum of open_
   std::vector<std::size_t> open_;  ///< per open bracket, the parts of the key before it
@@ -109,9 +120,15 @@ std::string fault_in(std::string_view description) {
 }  // namespace
 
 Result<toml::table> parse_toml(std::string_view text, const std::string& file) {
-  if (const std::size_t line = NestingScan(text).line_too_deep(); line > 0)
+  constexpr double value_size = 300;  // bytes, in the library's tree and in what is made from it
+  NestingScan scan(text);
+  if (const std::size_t line = scan.line_too_deep(); line > 0)
     return bad_use(fmt::format("{}:{}", file, line),
                    fmt::format("tables and lists are nested deeper than {}", deepest));
+  if (auto fits = admit_memory(file, fmt::format("its content of up to {} values", scan.values()),
+                               value_size * static_cast<double>(scan.values()));
+      !fits)
+    return tl::unexpected(fits.error());
   try {
     return toml::parse(text);
   } catch (const toml::parse_error& e) {

@@ -11,7 +11,8 @@
 namespace borelli {
 
 /// Parses a text as a TOML table. Errors, at file:line: invalid TOML (with what was found), or more than 100
-/// nested tables and lists. Each part of a dotted key is a table: the library would follow them by recursion.
+/// nested tables and lists; more values than the memory limit allows. Each part of a dotted key is a table:
+/// the library would follow them by recursion.
 Result<toml::table> parse_toml(std::string_view text, const std::string& file);
 
 }  // namespace borelli

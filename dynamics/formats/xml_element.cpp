@@ -10,6 +10,7 @@
 
 #include "error/xml_watch.hpp"
 #include "process/input_file.hpp"
+#include "process/memory.hpp"
 
 namespace borelli {
 namespace {
@@ -179,10 +180,22 @@ void XmlElement::refuse(std::string_view key, const std::string& sentence) const
   refuse(sentence);
 }
 
+void admit_xml(const std::string& where, std::size_t elements) {
+  constexpr double element_size = 1000;  // bytes, with a few attributes and what is made from them
+  constexpr std::size_t few = 10000;
+  if (elements < few) return;
+  const auto fits = admit_memory(where, fmt::format("a model of {} elements", elements),
+                                 element_size * static_cast<double>(elements));
+  if (!fits) throw XmlRefusal{fits.error()};
+}
+
 XmlElement read_xml(const std::filesystem::path& path) {
   const auto bytes = read_input_file(path);
   if (!bytes) throw XmlRefusal{bytes.error()};
   const std::string& text = *bytes;
+  // an element has a tag; attributes beyond a few count as further elements
+  admit_xml(path.string(), static_cast<std::size_t>(std::max(std::count(text.begin(), text.end(), '<'),
+                                                             std::count(text.begin(), text.end(), '=') / 3)));
 
   const std::unique_ptr<XML_ParserStruct, decltype(&XML_ParserFree)> parser(XML_ParserCreate(nullptr),
                                                                             &XML_ParserFree);

@@ -71,6 +71,9 @@ struct XmlElement {
   [[noreturn]] void refuse(std::string_view key, const std::string& sentence) const;
 };
 
+/// Refuses (by XmlRefusal) more elements, at `where`, than the memory limit allows.
+void admit_xml(const std::string& where, std::size_t elements);
+
 /// Reads the root element of a file. Refuses (by XmlRefusal) a missing file, a folder, XML that is not
 /// well-formed, entities that the file does not define itself, nesting deeper than `deepest_xml` elements,
 /// and more elements than the memory limit allows.

@@ -14,6 +14,7 @@
 #include "dynamics/system/groups.hpp"
 #include "dynamics/system/solid_order.hpp"
 #include "dynamics/system/switch_check.hpp"
+#include "process/memory.hpp"
 
 namespace borelli {
 
@@ -30,6 +31,7 @@ class Compiler {
     system_.parameters.gravity = scene_.gravity;
     if (!scene_.gravity.allFinite())
       return bad_use(scene_.place(0) + "gravity", "is not a finite vector; expected three numbers, m/s^2");
+    if (auto fits = admit(); !fits) return tl::unexpected(fits.error());
     auto ordered = order_solids(scene_);
     if (!ordered) return tl::unexpected(ordered.error());
     solid_index_ = std::move(ordered->number);
@@ -54,6 +56,20 @@ class Compiler {
   }
 
  private:
+  Result<void> admit() const {
+    constexpr double size_each = 600;  // bytes of a solid's body, or of a coordinate with its names
+    constexpr double few = 16e6;
+    std::size_t switches = 0;
+    for (const Solid& solid : scene_.solids) switches += solid.switches.size();
+    const double bytes = size_each * static_cast<double>(scene_.solids.size() + switches) +
+                         2. * sizeof(Constraint) * static_cast<double>(scene_.constraints.size()) +
+                         2. * sizeof(Effort) * static_cast<double>(scene_.efforts.size());
+    if (bytes < few) return {};
+    return admit_memory(scene_.file.empty() ? scene_.name : scene_.file,
+                        fmt::format("a system of {} solids and {} switches", scene_.solids.size(), switches),
+                        bytes);
+  }
+
   // ---- the tree ----
 
   Result<void> add_solid(int index) {

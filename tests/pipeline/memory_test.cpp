@@ -1,6 +1,9 @@
 // Memory use for a large scan.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+
+#include <algorithm>
 
 #include "program_run.hpp"
 #include "segmentation/files/read.hpp"
@@ -49,6 +52,33 @@ TEST(Memory, ForALargeScanStaysBelowTwoGigabytes) {
   rusage used{};
   ASSERT_EQ(getrusage(RUSAGE_CHILDREN, &used), 0);
   EXPECT_LT(1024. * double(used.ru_maxrss), 2e9) << voxels << " voxels";
+}
+
+// Text of a few megabytes may become half a gigabyte.
+TEST(Memory, ForModelsIsAskedBeforeTheyAreRead) {
+  const TestFolder folder;
+  std::string scene, bodies;
+  for (int n = 0; n < 20000; ++n) {
+    scene += fmt::format(
+        "[[solid]]\nname='s{0}'\njoint=[{{translation='x',name='x{0}'}},{{translation='y',name='y{0}'}},"
+        "{{translation='z',name='z{0}'}},{{ball=true,name='b{0}'}}]\nmass=1\ntensor=[1,1,1]\n",
+        n);
+    bodies += "<body><freejoint/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>";
+  }
+  const std::string begin = "<mujoco><worldbody>", end = "</worldbody></mujoco>";
+  folder.write("many.toml", scene);
+  folder.write("many.xml", begin + bodies + bodies + end);
+  folder.write("copies.xml", begin +
+                                 "<replicate count='40000'><body><freejoint/><inertial pos='0 0 0' mass='1' "
+                                 "diaginertia='1 1 1'/></body></replicate>" +
+                                 end);
+  for (const char* name : {"many.toml", "many.xml", "copies.xml"}) {
+    const ProgramRun run = run_program("info " + (folder / name).string() + " --max-memory 100M");
+    EXPECT_EQ(run.code, 1) << name;
+    EXPECT_NE(run.err.find(std::string(name)), std::string::npos) << run.err;
+    EXPECT_NE(run.err.find("of memory; 100 MB may be used (--max-memory)"), std::string::npos) << run.err;
+    EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+  }
 }
 
 }  // namespace
