@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "dynamics/formats/mjcf_edit.hpp"
+#include "dynamics/formats/mjcf_shell.hpp"
 #include "dynamics/formats/triangle_file.hpp"
 #include "dynamics/scene/convex_hull.hpp"
 
@@ -155,24 +156,6 @@ Inertial pyramids_inertial(const ClosedMesh& mesh, bool signed_too) {
 
 Inertial legacy_mesh_inertial(const ClosedMesh& mesh) { return pyramids_inertial(mesh, false); }
 
-Inertial shell_mesh_inertial(const ClosedMesh& mesh) {
-  Inertial out;
-  Matrix3d second = Matrix3d::Zero();  // integral of x x^T
-  for (const Facet& f : facets_of(mesh)) {
-    const double area = f.normal_area().norm();
-    const Vector3d sum = f.a + f.b + f.c;
-    out.mass += area;
-    out.centre += area * f.centre();
-    second += area / 12 *
-              (f.a * f.a.transpose() + f.b * f.b.transpose() + f.c * f.c.transpose() + sum * sum.transpose());
-  }
-  if (!(out.mass > 0)) return out;
-  out.centre /= out.mass;
-  second -= out.mass * out.centre * out.centre.transpose();
-  out.tensor = second.trace() * Matrix3d::Identity() - second;
-  return out;
-}
-
 MjcfGeoms::MjcfGeoms(const XmlElement& root, const MjcfCompilers& compilers, std::vector<std::string>& notes)
     : compilers_(compilers), notes_(notes) {
   for (const XmlElement& section : root.children) {
@@ -213,17 +196,11 @@ MjcfGeom MjcfGeoms::read(const XmlElement& geom, bool weighs) {
   const double density = geom.not_negative("density", 1000);
   weighs = weighs && mass.value_or(density) > 0;
   if (weighs && s.type == "sdf") geom.refuse("the mass of signed distance fields is not supported");
-  if (weighs && s.type != "mesh" && geom.boolean("shellinertia", false))
-    geom.refuse("shellinertia", "inertia of a shell is not supported; give the body an <inertial>");
   if (s.type == "mesh" || s.type == "sdf") {
     if (s.type == "mesh") out.hull = hull_of(geom, s.X);
     if (!weighs) return out;
     Mesh& mesh = mesh_of(geom);
-    Inertial own = weight(mesh);
-    const double factor = mass ? *mass / own.mass : density;
-    own.mass *= factor;
-    own.tensor *= factor;
-    out.inertial = own.expressed_in(s.X.R, s.X.p);
+    out.inertial = weighed(weight(mesh), mass, density).expressed_in(s.X.R, s.X.p);
     return out;
   }
   if (geom.has("mesh")) {
@@ -235,10 +212,22 @@ MjcfGeom MjcfGeoms::read(const XmlElement& geom, bool weighs) {
   }
   if (!weighs) return out;
   const Shape& shape = out.shape->shape;
+  if (geom.boolean("shellinertia", false)) {
+    const Inertial shell = weighed(shell_inertial(shape.form), mass, density);
+    out.inertial = shell.expressed_in(shape.orientation.toRotationMatrix(), shape.position);
+    return out;
+  }
   const auto inertial = mass ? inertial_of_mass(shape, *mass) : inertial_of_density(shape, density);
   if (!inertial) geom.refuse(inertial.error().message());
   out.inertial = *inertial;
   return out;
+}
+
+Inertial MjcfGeoms::weighed(Inertial own, const std::optional<double>& mass, double density) {
+  const double factor = mass ? *mass / own.mass : density;
+  own.mass *= factor;
+  own.tensor *= factor;
+  return own;
 }
 
 MjcfGeoms::Mesh& MjcfGeoms::mesh_of(const XmlElement& geom) {
@@ -366,7 +355,7 @@ const Inertial& MjcfGeoms::weight(Mesh& mesh) {
     if (!hull) asset.refuse(hull.error().what);
     own = legacy_mesh_inertial(*hull);  // (exact for convex meshes)
   } else {
-    own = shell_mesh_inertial(triangles);
+    own = shell_inertial(triangles);
   }
   if (!(own.mass > 0)) asset.refuse("encloses no volume");
   mesh.weight = own;

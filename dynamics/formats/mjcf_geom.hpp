@@ -24,9 +24,9 @@ class MjcfGeoms {
   /// `notes`: receives remarks on how meshes weigh.
   MjcfGeoms(const XmlElement& root, const MjcfCompilers& compilers, std::vector<std::string>& notes);
 
-  /// Reads a geom with complete attributes (mjcf_defaults.hpp). Its mass is `mass`, else its volume times
-  /// `density` (1000 kg/m^3 if not given). `weighs`: whether its inertia is needed; only then must mesh files
-  /// be readable.
+  /// Reads a geom with complete attributes (mjcf_defaults.hpp). Its mass is `mass`, else its volume (of a
+  /// shell: its surface) times `density` (1000 kg/m^3 or kg/m^2 if not given). `weighs`: whether its inertia
+  /// is needed; only then must mesh files be readable.
   MjcfGeom read(const XmlElement& geom, bool weighs);
 
   /// One line on meshes whose mass by the legacy rule exceeds that of the volume they enclose; empty: none.
@@ -41,6 +41,8 @@ class MjcfGeoms {
     bool no_hull = false;  // already searched; without `hull` there is none
   };
 
+  /// An inertia at density 1 with this mass, else this density.
+  static Inertial weighed(Inertial own, const std::optional<double>& mass, double density);
   Mesh& mesh_of(const XmlElement& geom);
   const ClosedMesh& loaded(Mesh& mesh) const;
   const Inertial& weight(Mesh& mesh);
@@ -65,8 +67,5 @@ class MjcfGeoms {
 /// Mass zero for a flat mesh. (MuJoCo 2.2 gave a mesh without `mass` the volume of the box of equal inertia;
 /// this is the volume itself, as in later versions.)
 Inertial legacy_mesh_inertial(const ClosedMesh& mesh);
-
-/// Inertia by MuJoCo's `shell` rule: the surface has 1 kg/m^2.
-Inertial shell_mesh_inertial(const ClosedMesh& mesh);
 
 }  // namespace borelli
