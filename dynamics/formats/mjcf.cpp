@@ -60,7 +60,7 @@ class MjcfReader {
       : root_(model.root),
         compilers_(model.compilers),
         options_(root_),
-        geoms_(root_, compilers_, model_.not_modelled.other),
+        geoms_(root_, compilers_),
         contacts_(root_),
         sites_(root_),
         joints_(compilers_, options_.joints, model_.not_modelled.motion) {}
@@ -79,6 +79,8 @@ class MjcfReader {
     read_mjcf_start(root_, model_.scene);
     if (options_.equality) model_.scene.constraints = read_mjcf_equality(root_, poses_, joints_.named());
     if (std::string line = joints_.aligned(); !line.empty())
+      model_.not_modelled.motion.push_back(std::move(line));
+    if (std::string line = geoms_.gaps(); !line.empty())
       model_.not_modelled.motion.push_back(std::move(line));
     if (std::string line = geoms_.overweight(); !line.empty())
       model_.not_modelled.other.push_back(std::move(line));

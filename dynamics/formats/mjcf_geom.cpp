@@ -98,6 +98,23 @@ int hull_vertices(const XmlElement& asset) {
   return most;
 }
 
+// Whether an edge belongs to an odd number of triangles. (The corners of an STL file are not shared.)
+bool has_gaps(const ClosedMesh& mesh) {
+  std::map<std::array<double, 3>, int> points;
+  std::set<std::pair<int, int>> odd;
+  const auto number = [&](int v) {
+    const Vector3d& p = mesh.vertices[static_cast<std::size_t>(v)];
+    return points.try_emplace({p.x(), p.y(), p.z()}, static_cast<int>(points.size())).first->second;
+  };
+  for (const auto& t : mesh.triangles) {
+    const int a = number(t[0]), b = number(t[1]), c = number(t[2]);
+    if (a == b || b == c || c == a) continue;
+    for (const auto& edge : {std::minmax(a, b), std::minmax(b, c), std::minmax(c, a)})
+      if (const auto [at, is_new] = odd.insert(edge); !is_new) odd.erase(at);
+  }
+  return !odd.empty();
+}
+
 // Whether the triangles are oriented consistently: no two traverse an edge in the same direction.
 bool turned_alike(const ClosedMesh& mesh) {
   std::map<std::array<double, 3>, int> points;
@@ -156,8 +173,7 @@ Inertial pyramids_inertial(const ClosedMesh& mesh, bool signed_too) {
 
 Inertial legacy_mesh_inertial(const ClosedMesh& mesh) { return pyramids_inertial(mesh, false); }
 
-MjcfGeoms::MjcfGeoms(const XmlElement& root, const MjcfCompilers& compilers, std::vector<std::string>& notes)
-    : compilers_(compilers), notes_(notes) {
+MjcfGeoms::MjcfGeoms(const XmlElement& root, const MjcfCompilers& compilers) : compilers_(compilers) {
   for (const XmlElement& section : root.children) {
     if (section.name != "asset") continue;
     section.read = true;
@@ -175,6 +191,14 @@ std::string MjcfGeoms::overweight() const {
   if (overweight_.count == 0) return "";
   return fmt::format("{} meshes get more mass than their volume under MuJoCo's legacy rule, most of all {}",
                      overweight_.count, overweight_.worst);
+}
+
+std::string MjcfGeoms::gaps() const {
+  if (gaps_.count == 0) return "";
+  return fmt::format(
+      "the gaps of {} meshes that are not closed (each weighs as the pyramids from its triangles to a "
+      "centre, as in MuJoCo), first of {}",
+      gaps_.count, gaps_.first);
 }
 
 MjcfGeom MjcfGeoms::read(const XmlElement& geom, bool weighs) {
@@ -346,9 +370,6 @@ const Inertial& MjcfGeoms::weight(Mesh& mesh) {
     } else {
       if (!turned_alike(triangles)) asset.refuse(exact.error().message());
       own = pyramids_inertial(triangles, true);
-      notes_.push_back(fmt::format(
-          "{} {}; its volume is the sum of pyramids from its triangles to its centre, as in MuJoCo: at {}",
-          asset.describe(), exact.error().what, asset.where()));
     }
   } else if (rule == "convex") {
     const auto hull = convex_hull(triangles.vertices, hull_vertices(asset));
@@ -358,6 +379,8 @@ const Inertial& MjcfGeoms::weight(Mesh& mesh) {
     own = shell_inertial(triangles);
   }
   if (!(own.mass > 0)) asset.refuse("encloses no volume");
+  if ((rule == "legacy" || rule == "exact") && has_gaps(triangles) && ++gaps_.count == 1)
+    gaps_.first = fmt::format("{}: at {}", asset.describe(), asset.where());
   mesh.weight = own;
   return *mesh.weight;
 }

@@ -21,8 +21,7 @@ struct MjcfGeom {
 /// Reads geoms, with the meshes of a model's <asset>.
 class MjcfGeoms {
  public:
-  /// `notes`: receives remarks on how meshes weigh.
-  MjcfGeoms(const XmlElement& root, const MjcfCompilers& compilers, std::vector<std::string>& notes);
+  MjcfGeoms(const XmlElement& root, const MjcfCompilers& compilers);
 
   /// Reads a geom with complete attributes (mjcf_defaults.hpp). Its mass is `mass`, else its volume (of a
   /// shell: its surface) times `density` (1000 kg/m^3 or kg/m^2 if not given). `weighs`: whether its inertia
@@ -31,6 +30,8 @@ class MjcfGeoms {
 
   /// One line on meshes whose mass by the legacy rule exceeds that of the volume they enclose; empty: none.
   std::string overweight() const;
+  /// One line on meshes that are not closed, and whose mass is therefore a guess; empty: none.
+  std::string gaps() const;
 
  private:
   struct Mesh {
@@ -51,7 +52,10 @@ class MjcfGeoms {
   ShapeElement fitted(const XmlElement& geom, const std::string& type, const Pose& X);
 
   const MjcfCompilers& compilers_;
-  std::vector<std::string>& notes_;
+  struct {
+    int count = 0;
+    std::string first;
+  } gaps_;
   struct {
     int count = 0;
     double excess = 0;  // the largest relative excess
