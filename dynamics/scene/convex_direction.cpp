@@ -2,7 +2,9 @@
 
 #include <fcl/narrowphase/detail/convexity_based_algorithm/gjk_libccd.h>
 
+#include <cmath>
 #include <exception>
+#include <limits>
 
 namespace borelli {
 
@@ -46,6 +48,9 @@ void support_of_copy(const void* object, const ccd_vec3_t* direction, ccd_vec3_t
 
 std::optional<Vector3d> direction_between(const Convex& a, const Pose& X_a, const Convex& b,
                                           const Pose& X_b) {
+  // Where rounding comes near the tolerance, assertions of the library may end the program.
+  constexpr double farthest = 0.01 * distance_tolerance / std::numeric_limits<double>::epsilon();  // m
+  if (!(X_a.p.norm() + a.bound < farthest && X_b.p.norm() + b.bound < farthest)) return std::nullopt;
   PlacedCopy copy_a{&a, X_a}, copy_b{&b, X_b};
   double distance = 0;
   Vector3d on_a, on_b;

@@ -12,6 +12,7 @@
 #include "dynamics/constraints/local_coordinates.hpp"
 #include "dynamics/contacts/pass_through.hpp"
 #include "dynamics/equations/equations.hpp"
+#include "dynamics/scene/convex_direction.hpp"
 
 #ifdef BORELLI_MUJOCO
 #include "mujoco_model.hpp"
@@ -187,6 +188,26 @@ TEST(ConvexTouch, BoxesFaceToFaceTouchAtTheCornersOfTheSharedArea) {
     EXPECT_NEAR(std::abs(point.p.y()), 0.1, 1e-12);
   }
   EXPECT_EQ(corners, 4);
+}
+
+// Assertions of FCL end the program where coordinates are too coarse for its tolerance.
+TEST(ConvexTouch, ShapesOfAllSizesHaveADirectionOrNone) {
+  Random random(11);
+  const auto size = [&](double scale) { return scale * random.number(0.5, 2); };
+  for (int trial = 0; trial < 30000; ++trial) {
+    std::shared_ptr<const Convex> shapes[2];
+    double reach = 0;
+    for (auto& shape : shapes) {
+      const double scale = std::pow(10, random.number(-4, 11));
+      const Form forms[]{Box{Vector3d(size(scale), size(scale), size(scale))},
+                         Cylinder{size(scale), size(scale)}, Cylinder{size(scale), 1},
+                         Ellipsoid{Vector3d(size(scale), size(scale), size(scale))}};
+      shape = make_convex(at_origin(forms[random.integer(0, 3)]));
+      reach += scale;
+    }
+    const Pose X_a = random_pose(random, random.number(0, 2) * reach), X_b = random_pose(random, 1);
+    if (const auto n = direction_between(*shapes[0], X_a, *shapes[1], X_b)) EXPECT_NEAR(n->norm(), 1, 1e-12);
+  }
 }
 
 #ifdef BORELLI_MUJOCO

@@ -203,9 +203,12 @@ TEST(WarningsOfScenes, AppearOnTheirPages) {
     const json warnings = json::parse(run.out, nullptr, false).value("warnings", json::array());
     ASSERT_FALSE(warnings.empty()) << verb;
     const std::string text = read_input_file(folder / "out" / page).value_or("");
-    for (const json& warning : warnings)
-      EXPECT_NE(text.find("Warning: " + html_text(warning.get<std::string>())), std::string::npos)
-          << page << ": " << warning;
+    for (const json& given : warnings) {
+      std::string warning = given;  // the page leaves out the file's folder
+      if (const auto at = warning.find(file); at != warning.npos)
+        warning.replace(at, file.size(), "tendon.xml");
+      EXPECT_NE(text.find("Warning: " + html_text(warning)), std::string::npos) << page << ": " << warning;
+    }
   }
 }
 
