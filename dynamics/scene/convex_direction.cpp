@@ -2,9 +2,9 @@
 
 #include <fcl/narrowphase/detail/convexity_based_algorithm/gjk_libccd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <exception>
-#include <limits>
 
 namespace borelli {
 
@@ -16,16 +16,17 @@ namespace {
 // lose all their swelling.
 constexpr double smaller = 0.1;
 constexpr unsigned most_iterations = 200;
-constexpr double distance_tolerance = 1e-7;  // m; the library's own is 1e-6
+constexpr double distance_tolerance = 1e-7;  // the library's own is 1e-6
 
 struct PlacedCopy {
   const Convex* convex;
   Pose X;
+  double unit;  // the library's, m
 };
 
 // libccd's support function of a copy.
 void support_of_copy(const void* object, const ccd_vec3_t* direction, ccd_vec3_t* out) {
-  const auto& [convex, X] = *static_cast<const PlacedCopy*>(object);
+  const auto& [convex, X, unit] = *static_cast<const PlacedCopy*>(object);
   const Convex& c = *convex;
   const Vector3d d = X.R.transpose() * Vector3d(direction->v[0], direction->v[1], direction->v[2]);
   const double less = smaller * c.inscribed;
@@ -40,7 +41,7 @@ void support_of_copy(const void* object, const ccd_vec3_t* direction, ccd_vec3_t
     p = c.vertices[std::size_t(c.farthest_vertex(d))];
     if (!c.faces.empty()) p = c.centre + (1 - smaller) * (p - c.centre);
   }
-  const Vector3d p_W = X * p;
+  const Vector3d p_W = (X * p) / unit;
   for (int i = 0; i < 3; ++i) out->v[i] = p_W[i];
 }
 
@@ -48,10 +49,12 @@ void support_of_copy(const void* object, const ccd_vec3_t* direction, ccd_vec3_t
 
 std::optional<Vector3d> direction_between(const Convex& a, const Pose& X_a, const Convex& b,
                                           const Pose& X_b) {
-  // Where rounding comes near the tolerance, assertions of the library may end the program.
-  constexpr double farthest = 0.01 * distance_tolerance / std::numeric_limits<double>::epsilon();  // m
-  if (!(X_a.p.norm() + a.bound < farthest && X_b.p.norm() + b.bound < farthest)) return std::nullopt;
-  PlacedCopy copy_a{&a, X_a}, copy_b{&b, X_b};
+  // The library's tolerances are absolute: of shapes in the kilometres, its assertions may end the program.
+  constexpr double largest = 100;  // in its unit of length
+  const double size = std::max(X_a.p.norm() + a.bound, X_b.p.norm() + b.bound);
+  if (!std::isfinite(size)) return std::nullopt;
+  const double unit = std::max(1.0, size / largest);
+  PlacedCopy copy_a{&a, X_a, unit}, copy_b{&b, X_b, unit};
   double distance = 0;
   Vector3d on_a, on_b;
   try {

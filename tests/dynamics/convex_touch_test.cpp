@@ -190,7 +190,7 @@ TEST(ConvexTouch, BoxesFaceToFaceTouchAtTheCornersOfTheSharedArea) {
   EXPECT_EQ(corners, 4);
 }
 
-// Assertions of FCL end the program where coordinates are too coarse for its tolerance.
+// In metres, assertions of FCL end the program for shapes of kilometres.
 TEST(ConvexTouch, ShapesOfAllSizesHaveADirectionOrNone) {
   Random random(11);
   const auto size = [&](double scale) { return scale * random.number(0.5, 2); };
