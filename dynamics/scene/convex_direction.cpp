@@ -54,6 +54,11 @@ std::optional<Vector3d> direction_between(const Convex& a, const Pose& X_a, cons
   const double size = std::max(X_a.p.norm() + a.bound, X_b.p.norm() + b.bound);
   if (!std::isfinite(size)) return std::nullopt;
   const double unit = std::max(1.0, size / largest);
+  const auto is_flat = [&](const Convex& c) {  // within the tolerance: degenerate
+    const bool solid = c.kind != Convex::Kind::polytope || !c.faces.empty();
+    return solid && c.inscribed < 10 * distance_tolerance * unit;
+  };
+  if (unit > 1 && (is_flat(a) || is_flat(b))) return std::nullopt;
   PlacedCopy copy_a{&a, X_a, unit}, copy_b{&b, X_b, unit};
   double distance = 0;
   Vector3d on_a, on_b;
