@@ -12,8 +12,8 @@
 
 namespace borelli {
 
-/// Watches the references of a document to entities. Element handlers may share its user data by deriving
-/// from it.
+/// Refuses references to entities whose text Expat does not put in. It is the parser's user data; a class
+/// that handles elements derives from it.
 class XmlWatch {
  public:
   /// `text`: the document, in memory while it is parsed.
@@ -25,7 +25,8 @@ class XmlWatch {
     XML_SetExternalEntityRefHandler(parser, &XmlWatch::external);
   }
 
-  /// To be called at each element: Expat does not report entities that it drops from attributes.
+  /// Checks the attributes of the element that begins. Call it at the start of each element: Expat reports
+  /// the entities that it drops from text, but not those from attributes.
   void check_attributes() {
     if (!declared_elsewhere_) return;
     const auto begin = std::size_t(XML_GetCurrentByteIndex(parser_));
@@ -77,11 +78,11 @@ class XmlWatch {
   XML_Parser parser_;
   std::string_view text_;
   std::string refusal_;
-  std::set<std::string> known_{"lt", "gt", "amp", "quot", "apos"};  // entities that Expat expands
-  bool declared_elsewhere_ = false;  // entities may be defined in a file that is not read
+  std::set<std::string> known_{"lt", "gt", "amp", "quot", "apos"};  // entities whose text Expat puts in
+  bool declared_elsewhere_ = false;  // a file that is not read may define entities
 };
 
-/// A fault of Expat, as the end of a sentence.
+/// What is wrong with a document, by Expat's error code; it ends a sentence.
 inline const char* in_words(XML_Error fault) {
   switch (fault) {
     case XML_ERROR_NO_ELEMENTS:

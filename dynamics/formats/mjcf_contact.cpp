@@ -197,8 +197,8 @@ std::vector<const MjcfContacts::Surface*> MjcfContacts::touching() const {
   return out;
 }
 
-// Refuses more pairs than fit into memory.
-MjcfContacts::Crowds MjcfContacts::count(const std::vector<const Surface*>& surfaces, double freedoms) const {
+MjcfContacts::LeftOut MjcfContacts::left_out(const std::vector<const Surface*>& surfaces,
+                                             double freedoms) const {
   constexpr double contact_size = 1500, size_without = sizeof(std::pair<int, int>);  // bytes
   std::array<std::size_t, 4> pairs{};                                                // by Modelled
   std::size_t convex = 0;  // contacts of convex pairs
@@ -214,13 +214,13 @@ MjcfContacts::Crowds MjcfContacts::count(const std::vector<const Surface*>& surf
   const auto [unknown, over_planes, rounded, convex_pairs] = pairs;
   const std::size_t contacts = over_planes + rounded;
   const double rows = 3. * double(contacts + convex);
-  Crowds out;
+  LeftOut out;
   out.rounded = 3. * double(contacts) * freedoms > most_contact_numbers;
   out.convex = rows * freedoms > most_contact_numbers || rows > most_contact_rows;
-  out.without = unknown + (out.rounded ? rounded : 0) + (out.convex ? convex_pairs : 0);
+  out.pairs = unknown + (out.rounded ? rounded : 0) + (out.convex ? convex_pairs : 0);
   const std::size_t all = contacts + unknown + convex_pairs;
   auto room = admit_memory(root_.where(), fmt::format("a model of {} pairs of geoms that may touch", all),
-                           contact_size * double(all - out.without) + size_without * double(out.without));
+                           contact_size * double(all - out.pairs) + size_without * double(out.pairs));
   if (room) return out;
   room.error().what += fmt::format("; {}", remedy);
   throw XmlRefusal{room.error()};
@@ -238,10 +238,10 @@ MjcfContacts::Found MjcfContacts::find(UniqueNames names, double freedoms) const
     return s.name.empty() ? standard : s.name;
   };
   const std::vector<const Surface*> surfaces = touching();
-  const Crowds crowds = count(surfaces, freedoms);
+  const LeftOut too_many = left_out(surfaces, freedoms);
   std::vector<Touchable> touchables;
   for (const Surface* s : surfaces) touchables.push_back(touchable(s->words(), s->body.solid, s->geom));
-  out.without.pairs.reserve(crowds.without);
+  out.without.pairs.reserve(too_many.pairs);
   for (std::size_t i = 0; i < surfaces.size(); ++i)
     for (std::size_t j = 0; j < i; ++j) {
       const bool swapped = surfaces[i]->geom.plane.has_value();
@@ -250,7 +250,7 @@ MjcfContacts::Found MjcfContacts::find(UniqueNames names, double freedoms) const
       if (!may_touch(under, over)) continue;
       const Touchable &below = touchables[lower], &above = touchables[upper];
       const Modelled how = modelled(over, under);
-      if ((how == Modelled::rounded && crowds.rounded) || (how == Modelled::convex && crowds.convex)) {
+      if ((how == Modelled::rounded && too_many.rounded) || (how == Modelled::convex && too_many.convex)) {
         ++out.crowded;
         out.without.pairs.emplace_back(lower, upper);
         continue;

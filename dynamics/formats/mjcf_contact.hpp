@@ -70,16 +70,17 @@ class MjcfContacts {
   };
   using Names = std::pair<std::string, std::string>;
 
-  /// Which contacts are left out, and how many pairs remain without one.
-  struct Crowds {
+  /// Kinds of contacts that are too many to be solved, and the number of pairs that get no contact.
+  struct LeftOut {
     bool rounded = false, convex = false;
-    std::size_t without = 0;
+    std::size_t pairs = 0;
   };
   enum class Modelled { not_at_all, over_plane, rounded, convex };
   static Modelled modelled(const Surface& a, const Surface& b);
   int number_of(const std::string& weld);
   std::vector<const Surface*> touching() const;
-  Crowds count(const std::vector<const Surface*>& surfaces, double freedoms) const;
+  /// Refuses more pairs than memory has room for.
+  LeftOut left_out(const std::vector<const Surface*>& surfaces, double freedoms) const;
   const Rubbing* pair_of(const Surface& a, const Surface& b) const;
   bool may_touch(const Surface& a, const Surface& b) const;
   Rubbing between(const Surface& a, const Surface& b) const;

@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <array>
 #include <map>
 #include <set>
@@ -98,38 +99,34 @@ int hull_vertices(const XmlElement& asset) {
   return most;
 }
 
-// Whether an edge belongs to an odd number of triangles. (The corners of an STL file are not shared.)
-bool has_gaps(const ClosedMesh& mesh) {
+// The edges of all triangles in their direction, as numbers of points: the corners of an STL file are not
+// shared, so equal positions are one point. Triangles without area have none.
+std::vector<std::pair<int, int>> edges_of(const ClosedMesh& mesh) {
   std::map<std::array<double, 3>, int> points;
-  std::set<std::pair<int, int>> odd;
   const auto number = [&](int v) {
     const Vector3d& p = mesh.vertices[static_cast<std::size_t>(v)];
     return points.try_emplace({p.x(), p.y(), p.z()}, static_cast<int>(points.size())).first->second;
   };
+  std::vector<std::pair<int, int>> out;
   for (const auto& t : mesh.triangles) {
     const int a = number(t[0]), b = number(t[1]), c = number(t[2]);
-    if (a == b || b == c || c == a) continue;
-    for (const auto& edge : {std::minmax(a, b), std::minmax(b, c), std::minmax(c, a)})
-      if (const auto [at, is_new] = odd.insert(edge); !is_new) odd.erase(at);
+    if (a != b && b != c && c != a) out.insert(out.end(), {{a, b}, {b, c}, {c, a}});
   }
+  return out;
+}
+
+// Whether an edge belongs to an odd number of triangles.
+bool has_gaps(const ClosedMesh& mesh) {
+  std::set<std::pair<int, int>> odd;
+  for (const auto& [a, b] : edges_of(mesh))
+    if (const auto [at, is_new] = odd.insert(std::minmax(a, b)); !is_new) odd.erase(at);
   return !odd.empty();
 }
 
 // Whether the triangles are oriented consistently: no two traverse an edge in the same direction.
 bool turned_alike(const ClosedMesh& mesh) {
-  std::map<std::array<double, 3>, int> points;
-  std::set<std::pair<int, int>> runs;
-  const auto number = [&](int v) {
-    const Vector3d& p = mesh.vertices[static_cast<std::size_t>(v)];
-    return points.try_emplace({p.x(), p.y(), p.z()}, static_cast<int>(points.size())).first->second;
-  };
-  for (const auto& t : mesh.triangles) {
-    const int a = number(t[0]), b = number(t[1]), c = number(t[2]);
-    if (a == b || b == c || c == a) continue;
-    for (const auto& run : {std::pair(a, b), std::pair(b, c), std::pair(c, a)})
-      if (!runs.insert(run).second) return false;
-  }
-  return true;
+  std::set<std::pair<int, int>> traversed;
+  return std::ranges::all_of(edges_of(mesh), [&](const auto& edge) { return traversed.insert(edge).second; });
 }
 
 // The inertia at density 1 of the pyramids from the triangles to a centre (see legacy_mesh_inertial()).

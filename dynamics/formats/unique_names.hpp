@@ -16,9 +16,9 @@ class UniqueNames {
   /// `wanted`; while it is taken, with primes appended: b', b'' ... From the tenth on, with one and their
   /// number (b'10), so that names stay short.
   std::string make(const std::string& wanted) {
+    int& primes = primes_[wanted];
     std::string name = wanted;
-    for (int& primes = primes_[wanted]; !take(name); name = wanted + ending(++primes)) {
-    }
+    while (!take(name)) name = wanted + ending(++primes);
     return name;
   }
 

@@ -49,12 +49,14 @@ void support_of_copy(const void* object, const ccd_vec3_t* direction, ccd_vec3_t
 
 std::optional<Vector3d> direction_between(const Convex& a, const Pose& X_a, const Convex& b,
                                           const Pose& X_b) {
-  // The library's tolerances are absolute: of shapes in the kilometres, its assertions may end the program.
+  // The library's tolerances are absolute. For shapes of kilometres its assertions may end the program, so it
+  // gets such lengths in a larger unit.
   constexpr double largest = 100;  // in its unit of length
   const double size = std::max(X_a.p.norm() + a.bound, X_b.p.norm() + b.bound);
   if (!std::isfinite(size)) return std::nullopt;
   const double unit = std::max(1.0, size / largest);
-  const auto is_flat = [&](const Convex& c) {  // within the tolerance: degenerate
+  // A shape that is thinner than the tolerance has a flat polytope, which the library does not take either.
+  const auto is_flat = [&](const Convex& c) {
     const bool solid = c.kind != Convex::Kind::polytope || !c.faces.empty();
     return solid && c.inscribed < 10 * distance_tolerance * unit;
   };

@@ -147,7 +147,8 @@ std::vector<std::string> segmentation_outputs(const RunSettings& settings) {
   return files;
 }
 
-/// The run's own points for 3D Slicer may be its --landmarks: then they are an input.
+/// Landmarks that the user may edit and a later run keeps. The points for 3D Slicer are left out if the user
+/// gives them back with --landmarks: they are then an input.
 std::vector<EditableOutput> editable_landmarks(const RunSettings& settings) {
   std::vector<EditableOutput> files{{"segmentation/landmarks.json"}};
   const std::string points = "segmentation/landmarks.mrk.json";

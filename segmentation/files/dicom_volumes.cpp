@@ -273,7 +273,7 @@ Result<std::vector<DicomVolume>> volumes_of(std::vector<DicomSlices> groups) {
     for (DicomVolume& volume : part_series(std::move(group))) {
       if (*copies)
         volume.notes.push_back(
-            fmt::format("{} slices appear twice (same position, same pixels); each was read once", *copies));
+            fmt::format("{} slices appear twice (same position, same values); each was read once", *copies));
       volumes.push_back(std::move(volume));
     }
   }

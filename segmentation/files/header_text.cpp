@@ -89,12 +89,12 @@ Result<std::vector<double>> field_numbers(const std::string& path, std::string_v
                                           std::string_view text, std::size_t count) {
   auto numbers = numbers_in(text);
   if (numbers && (numbers->empty() || count == 0 || numbers->size() == count)) return *std::move(numbers);
-  const std::string_view tail = text.substr(std::min(text.find(','), text.size()));  // from a comma on
-  const bool decimal = tail.size() > 1 && std::isdigit(static_cast<unsigned char>(tail[1]));
+  const auto comma = std::ranges::adjacent_find(
+      text, [](char c, char next) { return c == ',' && std::isdigit(static_cast<unsigned char>(next)); });
   return failure(path,
                  fmt::format("has a damaged header: {} is '{}'; expected {} separated by blanks{}", name,
                              printable(text), count == 0 ? "numbers" : fmt::format("{} numbers", count),
-                             decimal ? ", with decimal points instead of commas" : ""));
+                             comma != text.end() ? ", with decimal points instead of commas" : ""));
 }
 
 std::optional<double> number_in(std::string_view text) {

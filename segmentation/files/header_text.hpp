@@ -28,8 +28,8 @@ std::string lower_case(std::string_view text);
 /// The numbers in `text`, separated by blanks; a comma may follow a number. Empty if a word is no number.
 std::optional<std::vector<double>> numbers_in(std::string_view text);
 
-/// The numbers of the header field `name`, whose text is `text`; none if it is empty. Errors: a word that is no
-/// number, e.g. with a decimal comma; another count than `count` (0: any).
+/// The numbers of the header field `name`, whose text is `text`; none if it is empty. Errors: a word that is
+/// no number, e.g. with a decimal comma; another count than `count` (0: any).
 Result<std::vector<double>> field_numbers(const std::string& path, std::string_view name,
                                           std::string_view text, std::size_t count = 0);
 

@@ -19,8 +19,9 @@ std::string percent(double share) { return fmt::format("{:.3g} %", 100 * share);
 
 constexpr int below_tissue = -200;  // HU: air and lungs lie below
 
-// Compares the values below tissue with those of air, which has -1000 HU. Lungs have -900 to -600: a scan of a
-// chest's inside alone may show nothing else. Errors: most of these values lie where neither is.
+// Compares the values below tissue with those of air, which has -1000 HU by definition and a narrow peak.
+// Lungs have -900 to -600, a wide one: a scan within the chest may show nothing else. Errors: most of the
+// values below tissue are lower than air, or form a narrow peak above lungs.
 Result<void> check_air(const std::string& path, const ValueCounts& counts, std::int64_t too_low,
                        std::vector<std::string>& warnings) {
   constexpr int half_width = 50, highest_air = -900, highest_lung = -600;

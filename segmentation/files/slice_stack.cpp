@@ -68,8 +68,8 @@ struct Evenness {
   bool even = false;  // every slice lies at index * step
 };
 Evenness evenness(const std::vector<double>& along, double text) {
-  // Coarse decimals are allowed somewhat above a fifth of the step, so that 2.5 mm written to 1 mm passes: from a
-  // quarter on, they could hide a missing slice.
+  // Coarse decimals are allowed somewhat above a fifth of the step, so that 2.5 mm written to 1 mm passes:
+  // from a quarter on, they could hide a missing slice.
   const auto is_even = [&](const std::vector<double>& index, double step) {
     const double allowed = std::max({rounding, 0.05 * step, std::min(1.001 * text, 0.22 * step)});
     return least_distance(index, along, step) <= allowed;
@@ -119,9 +119,9 @@ std::pair<double, double> aside_of_line(const std::vector<DicomSlice>& slices,
   return {worst, std::max(rounding, 0.1 * slices.front().column_spacing) + 2 * text_rounding(slices).norm()};
 }
 
-// Compares the slice spacing of the positions with other fields and notes contradictions. Slices may overlap or
-// leave gaps, but no scanner makes them thicker than 8 times, or thinner than a fifteenth of, their spacing.
-// Errors: SpacingBetweenSlices and SliceLocation agree on another spacing than the positions'.
+// Compares the slice spacing of the positions with other fields and notes contradictions. Slices may overlap
+// or leave gaps, but no scanner makes them thicker than 8 times, or thinner than a fifteenth of, their
+// spacing. Errors: SpacingBetweenSlices and SliceLocation agree on another spacing than the positions'.
 Result<void> compare_spacings(const std::string& where, const SliceStack& stack,
                               std::vector<std::string>& notes) {
   const Vector3d step = stack.grid.axes.col(2);

@@ -19,10 +19,10 @@ struct SizeField {
 };
 
 /// The size by majority of the fields, axis by axis. Sizes agree within 1 %; of those that agree, the first
-/// field's number is returned. A field of 1 x 1 x 1, which is what programs leave where they set nothing, does
-/// not vote against another field of three lengths. Adds a warning if fields differ. A single field is returned
-/// unchecked. Errors: no majority; an axis whose size no field gives; only fields that may differ contradict
-/// one of 1 x 1 x 1.
+/// field's number is returned. A field of 1 x 1 x 1, which is what programs leave where they set nothing,
+/// does not vote against another field of three lengths. Adds a warning if fields differ. A single field is
+/// returned unchecked. Errors: no majority; an axis whose size no field gives; only fields that may differ
+/// contradict one of 1 x 1 x 1.
 Result<Eigen::Vector3d> voxel_size(const std::string& path, const std::vector<SizeField>& fields,
                                    std::vector<std::string>& warnings);
 

@@ -22,8 +22,8 @@ class VoxelStream {
   /// file that ends too early, damaged packed data, a number that its type cannot hold.
   Result<void> read(std::span<std::byte> target);
 
-  /// Reads the open file to its end, where its checksum stands. Errors: damaged packed data; far more data, or
-  /// more numbers in text, than the header promises.
+  /// Reads the open file to its end, where its checksum stands. Errors: damaged packed data; far more data,
+  /// or more numbers in text, than the header promises.
   Result<void> finish();
 
  private:

@@ -75,7 +75,7 @@ TEST(DicomVolumes, RecognisesResentSlicesAsCopies) {
   const auto read = read_volume(folder.path());
   ASSERT_TRUE(read) << read.error().message();
   EXPECT_EQ(read->volume.grid.size[2], 9);
-  EXPECT_TRUE(says(*read, "9 slices appear twice (same position, same pixels)")) << all_said(*read);
+  EXPECT_TRUE(says(*read, "9 slices appear twice (same position, same values)")) << all_said(*read);
 }
 
 // The same values with more bits and another intercept: all stored numbers differ.
