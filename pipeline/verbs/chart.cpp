@@ -203,10 +203,9 @@ Result<nlohmann::json> work(const ChartOptions& o, const Command& command) {
   std::vector<std::string> files = work_precision_files();
   files.emplace_back(partial);
   if (auto fine = check_folder_writable(folder, files); !fine) return tl::unexpected(fine.error());
-  auto model = read_model(command, o.scene, o.model);
+  auto model = read_model_for_pages(command, o.scene, o.model);
   if (!model) return tl::unexpected(model.error());
   Scene& scene = model->scene;
-  scene.file = command.names().name_of(scene.file);  // the page tells why runs failed, and where
   scene.simulation.end_time = o.end.value_or(scene.simulation.end_time);
   WorkPrecisionSettings settings = chart_settings(o);
   const auto asked = what_is_asked(o, scene, settings);

@@ -147,10 +147,9 @@ Result<nlohmann::json> work_on_scene(const EconomyOptions& o, const Command& com
     if (!given->empty())
       return bad_use(option, "applies only to volumes, and " + o.input +
                                  " is a scene; use --keep and --model-tolerance");
-  auto model = read_model(command, o.input, o.model);
+  auto model = read_model_for_pages(command, o.input, o.model);
   if (!model) return tl::unexpected(model.error());
   model->scene.simulation.end_time = o.end.value_or(model->scene.simulation.end_time);
-  model->scene.file = command.names().name_of(o.input);  // the page tells why locks failed, and where
   ProgressBar bar(command.json);
   bar.begin("economy");
   const auto economy = scene_economy(model->scene, o.settings,

@@ -62,6 +62,16 @@ Result<ModelFile> read_model(const Command& command, const std::string& path, co
   return model;
 }
 
+Result<ModelFile> read_model_for_pages(const Command& command, const std::string& path,
+                                       const ModelOptions& options) {
+  auto model = read_model(command, path, options);
+  if (!model) return model;
+  Scene& scene = model->scene;
+  scene.file = command.names().name_of(path);
+  if (scene.name.empty()) scene.name = scene.file;
+  return model;
+}
+
 tl::unexpected<Error> in_file(const std::string& file, Error error) {
   if (!error.where.starts_with(file)) error.where = error.where.empty() ? file : file + ", " + error.where;
   return tl::unexpected(std::move(error));

@@ -26,6 +26,10 @@ Result<InertiaTable> read_table(const Command& command, const std::string& path)
 /// Parts of the file that are not modelled give a warning if they change the motion, otherwise a note. All of
 /// them are "not_modelled" in the JSON answer: {"changes_motion": [...], "other": [...]}.
 Result<ModelFile> read_model(const Command& command, const std::string& path, const ModelOptions& options);
+/// As read_model, for verbs that write pages: the scene knows its file by the name that output files use, and a
+/// scene without a name has that of its file.
+Result<ModelFile> read_model_for_pages(const Command& command, const std::string& path,
+                                       const ModelOptions& options);
 
 /// Prefixes an error of the engine with the scene's file, unless the error names the file already.
 tl::unexpected<Error> in_file(const std::string& file, Error error);

@@ -43,10 +43,9 @@ struct StabilityOptions {
 };
 
 Result<Scene> read(const StabilityOptions& o, const std::string& file, const Command& command) {
-  auto model = read_model(command, file, o.model);
+  auto model = read_model_for_pages(command, file, o.model);
   if (!model) return tl::unexpected(model.error());
   model->scene.simulation.end_time = o.end.value_or(model->scene.simulation.end_time);
-  model->scene.file = command.names().name_of(file);  // the page tells why runs failed, and where
   return std::move(model->scene);
 }
 

@@ -203,6 +203,7 @@ TEST(WarningsOfScenes, AppearOnTheirPages) {
     const json warnings = json::parse(run.out, nullptr, false).value("warnings", json::array());
     ASSERT_FALSE(warnings.empty()) << verb;
     const std::string text = read_input_file(folder / "out" / page).value_or("");
+    EXPECT_NE(text.find("<h1>tendon.xml: "), std::string::npos) << page;  // the model has no name of its own
     for (const json& given : warnings) {
       std::string warning = given;  // the page leaves out the file's folder
       if (const auto at = warning.find(file); at != warning.npos)
