@@ -1,6 +1,7 @@
 #include "pipeline/stages/stages.hpp"
 
-#include <fmt/core.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -10,6 +11,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <thread>
 
 #include "error/json_text.hpp"
@@ -23,6 +25,8 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+
+constexpr const char* left_files = "left_by_earlier_runs";
 
 // the kernel's peak of resident memory; writing 5 to clear_refs resets it (proc(5))
 void restart_peak_memory() { std::ofstream("/proc/self/clear_refs") << "5"; }
@@ -74,6 +78,23 @@ json past_entry(const json& before, const std::string& stage) {
   past["warnings"] = others;
   past.erase("by_hand");
   return past;
+}
+
+// Files of the folder that earlier runs wrote, as `before` records them, and that no stage of `now` writes.
+std::vector<std::string> left_over(const json& before, const json& now, const fs::path& folder) {
+  std::set<std::string> files;
+  const auto each_output = [](const json& record, auto&& take) {
+    for (const json& stage : record.value("stages", json::array())) {
+      const json outputs = stage.value("outputs", json::object());
+      for (const auto& entry : outputs.items()) take(entry.key());
+    }
+  };
+  for (const json& file : before.value(left_files, json::array())) files.insert(file.get<std::string>());
+  each_output(before, [&](const std::string& file) { files.insert(file); });
+  each_output(now, [&](const std::string& file) { files.erase(file); });
+  std::error_code absent;
+  std::erase_if(files, [&](const std::string& file) { return !fs::exists(folder / file, absent); });
+  return {files.begin(), files.end()};
 }
 
 struct ChangeByHand {
@@ -181,6 +202,13 @@ class StagesAtWork {
     for (const Turn& turn : turns_)
       if (turn.error) return tl::unexpected(*turn.error);
     json whole = record();
+    if (const auto left = left_over(before_, whole, folder_); !left.empty()) {
+      whole[left_files] = left;
+      observer_.warns(
+          stages_.back(),
+          fmt::format("an earlier run with other settings wrote {}; this run did not, and keeps {}",
+                      fmt::join(left, ", "), left.size() == 1 ? "it" : "them"));
+    }
     whole["slowest"] = slowest_of(whole["stages"]);
     if (auto written = write_whole(folder_ / "run.json", json_text(whole, 2) + "\n"); !written)
       return tl::unexpected(written.error());
@@ -337,6 +365,7 @@ class StagesAtWork {
               turns_[n].entry.is_null() ? past_entry(before_, stages_[n].name) : turns_[n].entry;
           entry.is_object())
         all["stages"].push_back(entry);
+    if (const auto left = left_over(before_, all, folder_); !left.empty()) all[left_files] = left;
     return all;
   }
 
@@ -368,6 +397,7 @@ json run_record_kinds() {
   return {{"program", ""},
           {"settings", {{"mesh_tolerance_mm", 0}}},
           {"warnings", texts},
+          {left_files, texts},
           {"stages", json::array({{{"stage", ""},
                                    {"key", ""},
                                    {"seconds", 0},
@@ -387,19 +417,20 @@ Result<json> run_stages(const FolderLock& lock, const json& head, const std::vec
     for (const std::string& output : stage.outputs)
       if (auto fine = check_writable(folder / output); !fine) return tl::unexpected(fine.error());
   const fs::path record_path = folder / "run.json";
-  json before;
-  if (std::error_code problem; fs::exists(record_path, problem) && !force) {
+  json before = json::object();
+  if (std::error_code problem; fs::exists(record_path, problem)) {
     const auto bytes = read_input_file(record_path);
-    if (!bytes) return tl::unexpected(bytes.error());
-    auto parsed = parse_json(*bytes, record_path.string());
+    if (!bytes && !force) return tl::unexpected(bytes.error());
+    auto parsed = parse_json(bytes.value_or(""), record_path.string());
     if (parsed)
       if (auto fine = check_kinds(*parsed, run_record_kinds(), record_path.string()); !fine)
         parsed = tl::unexpected(fine.error());
-    if (!parsed)
+    if (parsed)
+      before = force ? json{{left_files, left_over(*parsed, json::object(), folder)}} : std::move(*parsed);
+    else if (!force)
       return failure(
           parsed.error().where,
           parsed.error().what + "; this is not the record of a run: remove the file, or give --force");
-    before = std::move(*parsed);
   }
   sweep_partial_files_below(folder);
   return StagesAtWork(folder, head, before, stages, threads, observer).run();

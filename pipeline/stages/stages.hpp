@@ -68,7 +68,9 @@ nlohmann::json run_record_kinds();
 /// Every stage's seconds, peak memory (MiB; of the whole program while the stage ran) and entry are recorded
 /// as soon as it ends, in the given order. At the end "slowest" names the three longest stages with their
 /// seconds and share of all stages' seconds. A stage with a hand-edited file keeps it, and its entry has
-/// "by_hand", the warnings about it. `force` ignores edits by hand. Returns the final run.json.
+/// "by_hand", the warnings about it. `force` ignores edits by hand. Files of earlier runs that no stage
+/// writes any more stay; "left_by_earlier_runs" names them, and the observer hears of them with the last
+/// stage. Returns the final run.json.
 ///
 /// Errors: a stage's error. If several fail, the first in the given order counts; stages before it are still
 /// finished, stages after it do not start or are stopped through their progress callback. Before any work:

@@ -63,6 +63,33 @@ struct Stages : testing::Test {
   }
 };
 
+TEST_F(Stages, NamesFilesThatOnlyEarlierRunsWrote) {
+  const std::string left = "left_by_earlier_runs";
+  std::vector<std::string> heard;
+  StageObserver observer;
+  observer.warns = [&](const Stage& of, const std::string& warning) {
+    if (warning.starts_with("an earlier run")) heard.push_back(of.name + ": " + warning);
+  };
+  const auto without_aside = [&](bool force) {
+    return run_stages(*FolderLock::take(folder), {{"inputs", "abc"}},
+                      {stage("one", {}, first_settings), stage("two", {"one"}, {})}, force, 1, observer);
+  };
+  EXPECT_FALSE(run()->contains(left));
+  for (const bool force : {false, true, false})  // again and again, until they are gone
+    EXPECT_EQ(without_aside(force).value().at(left), json({"aside.txt"})) << force;
+  EXPECT_EQ(
+      heard,
+      Names(3, "two: an earlier run with other settings wrote aside.txt; this run did not, and keeps it"));
+  EXPECT_EQ(text("aside.txt"), "aside");
+  broken = "two";  // a run that stops remembers them
+  EXPECT_FALSE(without_aside(true));
+  broken = "";
+  EXPECT_EQ(without_aside(false).value().at(left), json({"aside.txt"}));
+  fs::remove(folder / "aside.txt");
+  EXPECT_FALSE(without_aside(false)->contains(left));
+  EXPECT_FALSE(run()->contains(left));
+}
+
 // A first stage, two that need it, "left" and "right", which may run in parallel, and one that needs both.
 struct StagesSideBySide : testing::Test {
   fs::path folder = fs::path(testing::TempDir()) / ("stages_side_test_" + std::to_string(::getpid()));

@@ -3,6 +3,7 @@
 
 #include <fmt/core.h>
 #include <gtest/gtest.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -11,9 +12,22 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <thread>
 #include <vector>
+
+namespace {
+
+std::function<void(const std::filesystem::path&)> at_sync;  // called with the file before each flush
+
+}  // namespace
+
+// Takes the C library's place in this program.
+extern "C" int fsync(int file) {
+  if (at_sync) at_sync(std::filesystem::read_symlink("/proc/self/fd/" + std::to_string(file)));
+  return static_cast<int>(syscall(SYS_fsync, file));
+}
 
 namespace borelli {
 namespace {
@@ -48,6 +62,29 @@ TEST_F(WholeFile, FailedWriteLeavesTheOldFileAndNothingElse) {
   EXPECT_EQ(done.error().what, "stopped half way");
   EXPECT_EQ(read_input_file(folder / "file.nii.gz").value(), "old");
   EXPECT_EQ(files(), 1u);
+}
+
+// A machine that stops leaves each file whole or as it was: contents are flushed before the rename, the
+// folder after it.
+TEST_F(WholeFile, FlushesContentsBeforeTheRename) {
+  fs::create_directories(folder);
+  std::vector<std::string> flushed;
+  at_sync = [&](const fs::path& path) {
+    std::string line = path == folder ? "folder" : read_input_file(path).value_or("unreadable");
+    for (const char* name : {"one", "a", "b"})
+      if (fs::exists(folder / name)) line += fmt::format(", {} there", name);
+    flushed.push_back(line);
+  };
+  EXPECT_TRUE(write_whole(folder / "one", "contents"));
+  EXPECT_EQ(flushed, (std::vector<std::string>{"contents", "folder, one there"}));
+  flushed.clear(), fs::remove(folder / "one");
+  EXPECT_TRUE(write_whole_set(folder, {"a", "b"}, [](const fs::path& beside) -> Result<void> {
+    std::ofstream(beside / "b") << "of b";
+    std::ofstream(beside / "a") << "of a";
+    return {};
+  }));
+  at_sync = nullptr;
+  EXPECT_EQ(flushed, (std::vector<std::string>{"of a", "of b", "folder, a there, b there"}));
 }
 
 TEST_F(WholeFile, FailedWriteRemovesTheFoldersItCreated) {
