@@ -259,9 +259,10 @@ void Certifier::observe_projection(double t, const Projection& projection, const
   if (const auto reason = singular_.observe_projection(t, projection, workspace)) distrust(t, *reason);
 }
 
-void Certifier::observe_step(const State& state, const Eigen::VectorXd& a, int order, bool joined) {
+void Certifier::observe_step(const State& state, const Eigen::VectorXd& a, int order, bool joined,
+                             const Eigen::VectorXd* within) {
   order_ = order;
-  step_watch_.observe(state, a, joined);
+  step_watch_.observe(state, a, joined, within);
 }
 
 void Certifier::judge_steps() {

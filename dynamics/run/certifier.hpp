@@ -91,9 +91,11 @@ class Certifier {
   /// user's event may be among them and may change the momenta; they are then judged against their values
   /// after the event.
   void pass_event(Workspace& workspace, bool own);
-  /// Observes the end of a fixed step, with its accelerations (nv), by a method of that order; `joined` as in
-  /// StepWatch.
-  void observe_step(const State& state, const Eigen::VectorXd& a, int order, bool joined);
+  /// Observes the end of a fixed step, with its accelerations (nv), by a method of that order; `joined` and
+  /// `within` as in StepWatch.
+  void observe_step(const State& state, const Eigen::VectorXd& a, int order, bool joined,
+                    const Eigen::VectorXd* within);
+  const StepWatch& step_watch() const { return step_watch_; }
   /// Counts an accepted step from time t; `whole`: it was not shortened to end on an output time.
   void count_step(double t, double h, bool whole);
   void count_rejection() { ++certificate_.steps_rejected; }

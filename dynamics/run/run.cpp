@@ -167,10 +167,19 @@ Result<void> Run::begin_step() {
     event_passed_ = false;
   }
   certifier_->observe(state_, workspace_, work_);
-  if (!integrator_.adaptive()) certifier_->observe_step(state_, workspace_.a, integrator_.order(), joined);
+  if (!integrator_.adaptive()) observe_step(joined);
   if (probe_) probe_->solver.remember(workspace_.solver);
   if (contacts_) contacts_->follow(workspace_);
   return {};
+}
+
+void Run::observe_step(bool joined) {
+  const Eigen::VectorXd* within = nullptr;
+  if (const auto at = joined ? certifier_->step_watch().within_turn(state_) : std::nullopt)
+    if (!accelerate(system_, system_.parameters, at->t, at->q.data(), at->v.data(), motion_.handling(),
+                    probe()))
+      within = &probe().a;
+  certifier_->observe_step(state_, workspace_.a, integrator_.order(), joined, within);
 }
 
 Result<void> Run::accept(double t, double h, bool whole) {

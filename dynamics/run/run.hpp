@@ -1,5 +1,5 @@
-// One run with one method: the loop over its steps. Its parts are steps (run_steps.cpp), what happens within them
-// (run_between.cpp), and the books of this room's other files.
+// One run with one method: the loop over its steps. Its parts are steps (run_steps.cpp), what happens within
+// them (run_between.cpp), and the books of this room's other files.
 #pragma once
 
 #include <limits>
@@ -49,6 +49,8 @@ class Run {
 
   /// Observes the present state and prepares the next step from it.
   Result<void> begin_step();
+  /// Shows the end of a fixed step to the certifier; `joined` as in StepWatch.
+  void observe_step(bool joined);
 
   Result<void> advance_evenly(double target);
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "dynamics/numbers/rotation_vector.hpp"
 
@@ -27,7 +28,30 @@ void StepWatch::Largest::take(double now, double t, double h) {
   if (now > size) *this = {now, t, h};
 }
 
-void StepWatch::observe(const State& state, const Eigen::VectorXd& a, bool joined) {
+std::optional<State> StepWatch::within_turn(const State& state) const {
+  const double h = state.t - t_;
+  if (!started_ || h <= 0) return std::nullopt;
+  const auto turns_far = [&](const CoordinateInfo& info) {
+    if (info.q_size == 4) return h * v_.segment<3>(info.v_index).norm() > std::numbers::pi;
+    return info.angle && std::abs(state.q[info.q_index] - q_[info.q_index]) > std::numbers::pi;
+  };
+  if (std::none_of(system_.coordinates.begin(), system_.coordinates.end(), turns_far)) return std::nullopt;
+  // the golden section: its multiples by small whole numbers are far from whole numbers
+  const double part = (3 - std::sqrt(5.)) / 2;
+  State out{t_ + part * h, q_, v_ + part * (state.v - v_)};
+  for (const CoordinateInfo& info : system_.coordinates) {
+    const int n = info.q_index;
+    if (info.q_size == 4)
+      out.q.segment<4>(n) =
+          product(q_.segment<4>(n), exponential(part * h * v_.segment<3>(info.v_index))).normalized();
+    else
+      out.q[n] += part * (state.q[n] - q_[n]);
+  }
+  return out;
+}
+
+void StepWatch::observe(const State& state, const Eigen::VectorXd& a, bool joined,
+                        const Eigen::VectorXd* within) {
   const double h = state.t - t_;
   for (std::size_t i = 0; i < coordinates_.size(); ++i) {
     const CoordinateInfo& info = system_.coordinates[i];
@@ -36,7 +60,14 @@ void StepWatch::observe(const State& state, const Eigen::VectorXd& a, bool joine
     one.fastest = std::max(one.fastest, state.v.segment(info.v_index, info.v_size).norm() / scale);
     if (!started_ || !joined || h <= 0) continue;
     one.defect.take(defect(info, state, a, h) / (h * scale), state.t, h);
-    one.change.take(h * (a - a_).segment(info.v_index, info.v_size).norm() / scale, state.t, h);
+    const auto change = [&](const Eigen::VectorXd& from, const Eigen::VectorXd& to) {
+      return h * (to - from).segment(info.v_index, info.v_size).norm() / scale;
+    };
+    one.change.take(change(a_, a), state.t, h);
+    if (!within) continue;
+    const double unseen = std::min(change(a_, *within), change(a, *within));
+    one.unseen.take(unseen, state.t, h);
+    one.all_unseen += unseen;
   }
   started_ = true;
   t_ = state.t;
@@ -74,6 +105,7 @@ StepWatch::Finding StepWatch::worst(int order) const {
     const double b2 = one.change.size / speed;  // phase angle per step, squared
     take(order < 4 ? b2 / 12 : order < 6 ? b2 * b2 / 720 : b2 * b2 * b2 / 100800, one.change);
     take(one.defect.size / speed, one.defect);
+    take(one.all_unseen / speed, one.unseen);
   }
   return worst;
 }

@@ -1,7 +1,7 @@
 // Detects fixed steps that are too long for the motion. Example: a step that samples every swing at the same
 // phase balances the energy but is wrong.
 //
-// Two tests. First, the change of the accelerations over a step estimates the phase angle b per step,
+// Three tests. First, the change of the accelerations over a step estimates the phase angle b per step,
 //   b^2 = h |a1 - a0| / |v|.
 // Gauss methods of order 2, 4, 6 miss the fractions b^2 / 12, b^4 / 720, b^6 / 100800 of it; other methods of
 // these orders miss no less. Second, the end of a step is compared with Hermite's quadrature of the rates at
@@ -28,9 +28,14 @@ class StepWatch {
 
   explicit StepWatch(const System& system);
 
+  /// A state between the last observed one and `state`, if the step between them turns a coordinate by more
+  /// than half a turn.
+  std::optional<State> within_turn(const State& state) const;
+
   /// Observes a state with accelerations `a` (nv). `joined`: exactly one step without velocity jumps leads
-  /// from the previous state to this one.
-  void observe(const State& state, const Eigen::VectorXd& a, bool joined);
+  /// from the previous state to this one. `within`: accelerations at within_turn(state), or null.
+  void observe(const State& state, const Eigen::VectorXd& a, bool joined,
+               const Eigen::VectorXd* within = nullptr);
 
   /// The worst step of a method of this order: the missed fraction of the step at the coordinate's largest
   /// speed in the run.
@@ -65,9 +70,11 @@ class StepWatch {
     double fastest = 0;  ///< largest speed
     Largest defect;      ///< step minus quadrature, over the step's length
     Largest change;      ///< change of the acceleration over a step, times the step's length
+    Largest unseen;      ///< difference of the acceleration within a step to the nearer end, times the length
+    double all_unseen = 0;  ///< sum of that over the steps
     template <class Keeper>
     void keep(Keeper& k) {
-      k(fastest, defect, change);
+      k(fastest, defect, change, unseen, all_unseen);
     }
   };
   double defect(const CoordinateInfo& info, const State& state, const Eigen::VectorXd& a, double h) const;

@@ -160,6 +160,37 @@ TEST(StepWatch, TrustSeparatesRightFromWrongRuns) {
     }
 }
 
+TEST(StepWatch, DistrustsStepsOfWholeTurns) {
+  // a force that turns with a solid, x = (1 - cos(w t)) / w^2: after whole turns it seems constant
+  constexpr double w = 100;
+  const auto turned = [](Switch turn, double inertia, bool pushed) {
+    Scene scene;
+    scene.gravity.setZero();
+    scene.solids = {solid("disc", "world", {slide("x", Vector3d::UnitX()), std::move(turn)},
+                          {inertial(1, {0, 0, 0}, Vector3d::Constant(inertia))})};
+    if (pushed) scene.efforts = {{"push", Force{{"disc", {0, 0, 0}}, {1, 0, 0}, Axes::solid}}};
+    return scene;
+  };
+  for (const std::string& method : fixed_methods())
+    for (const double turns : {1., 2., 2.1, 8.})
+      for (const double inertia : {1e-6, 0.4})
+        for (const bool pushed : {true, false}) {
+          SimulationSettings how = settings(method, 10, 2 * pi * turns / w);
+          how.output_interval = 0;
+          const System system = compiled(turned(hinge("turn", Vector3d::UnitZ(), 0, w), inertia, pushed));
+          const Result<Trajectory> out = simulate(system, system.initial, how);
+          ASSERT_TRUE(out) << method << ": " << out.error().message();
+          EXPECT_EQ(out->certificate.trusted, !pushed)
+              << method << ", " << turns << ", " << inertia << ": " << out->certificate.reason;
+        }
+  for (const bool pushed : {true, false}) {
+    const Certificate c = run(turned(ball("turn", identity_quaternion(), {0, 0, w}), 0.4, pushed),
+                              settings("rk4", 10, 1.5 * pi / w))
+                              .certificate;
+    EXPECT_EQ(c.trusted, !pushed) << c.reason;
+  }
+}
+
 TEST(StepWatch, IgnoresStiffCoordinatesThatDoNotSwing) {
   // a solid swings slowly on a stiff spring that bears its pull from the start: a step is 100 radians of the
   // spring's motion and 0.06 of the swing
