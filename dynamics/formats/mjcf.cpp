@@ -24,7 +24,7 @@ struct Options {
   Vector3d gravity{0, 0, -9.81};
   double timestep = 0;
   MjcfJoints::Acting joints;
-  bool equality = true, contact = true;
+  MjcfSwitches on;
 
   explicit Options(const XmlElement& root) {
     bool weight = true, passive = true;
@@ -47,8 +47,11 @@ struct Options {
       joints.dampers = passive && enabled("damper", joints.dampers);
       const bool constraints = enabled("constraint", true);
       joints.limits = constraints && enabled("limit", joints.limits);
-      equality = constraints && enabled("equality", equality);
-      contact = constraints && enabled("contact", contact);
+      on.limits = joints.limits;
+      on.equality = constraints && enabled("equality", on.equality);
+      on.contact = constraints && enabled("contact", on.contact);
+      on.friction_loss = constraints && enabled("frictionloss", on.friction_loss);
+      on.actuation = enabled("actuation", on.actuation);
     }
     if (!weight) gravity.setZero();
   }
@@ -77,7 +80,7 @@ class MjcfReader {
     if (options_.joints.springs || options_.joints.dampers) compensate_gravity();
     sites_.add_springs(root_, poses_, options_.joints, model_.scene.efforts);
     read_mjcf_start(root_, model_.scene);
-    if (options_.equality) model_.scene.constraints = read_mjcf_equality(root_, poses_, joints_.named());
+    if (options_.on.equality) model_.scene.constraints = read_mjcf_equality(root_, poses_, joints_.named());
     if (std::string line = joints_.aligned(); !line.empty())
       model_.not_modelled.motion.push_back(std::move(line));
     if (std::string line = geoms_.gaps(); !line.empty())
@@ -87,7 +90,8 @@ class MjcfReader {
     if (meshes_not_seen_ > 0)
       model_.not_modelled.other.push_back(fmt::format(
           "the appearance of {} mesh geoms (they have mass, but are not drawn)", meshes_not_seen_));
-    if (options_.contact) add_contacts();
+    if (options_.on.contact) add_contacts();
+    mark_switched_off(root_, options_.on);
     list_unread(root_, mjcf_motion_rules(), model_.not_modelled);
     return std::move(model_);
   }
@@ -187,6 +191,11 @@ class MjcfReader {
     if (found.twisting > 0)
       model_.not_modelled.motion.push_back(fmt::format(
           "torsional and rolling friction (condim 4 and 6) of {} pairs of geoms", found.twisting));
+    if (found.directed > 0)
+      model_.not_modelled.motion.push_back(
+          fmt::format("friction that differs by direction of {} pairs of geoms: the first of its two "
+                      "coefficients acts in all",
+                      found.directed));
     if (found.crowded > 0)
       model_.not_modelled.motion.push_back(fmt::format(
           "contacts of {} pairs of geoms, too many to solve together with {:.0f} coordinates: they "

@@ -35,8 +35,8 @@ unsigned mask_of(const XmlElement& element, const char* key) {
   return unsigned(static_cast<long long>(mask));
 }
 
-double friction_of(const XmlElement& element, std::size_t most) {
-  const auto friction = element.numbers("friction", 1, most);
+double friction_of(const XmlElement& element) {
+  const auto friction = element.numbers("friction", 1, 3);
   if (friction.empty()) return 1;
   if (friction[0] < 0) element.refuse("friction", "is negative; expected 0 or more");
   return friction[0];
@@ -73,6 +73,17 @@ constexpr const char* remedy = "<flag contact=\"disable\"/> in <option> switches
 
 }  // namespace
 
+// The friction of a pair, or of all contacts: two sliding directions, then turning and rolling. What it lacks
+// is MuJoCo's default.
+MjcfContacts::Rubbing MjcfContacts::rubbing_of(const XmlElement& e, const char* friction) {
+  const auto given = e.numbers(friction, 1, 5);
+  Rubbing out{.friction = given.empty() ? 1 : given[0]};
+  const double across = given.size() > 1 ? given[1] : 1;
+  if (out.friction < 0 || across < 0) e.refuse(friction, "is negative; expected 0 or more");
+  out.directed = across != out.friction;
+  return out;
+}
+
 MjcfContacts::MjcfContacts(const XmlElement& root) : root_(root) {
   bool pairs = true;
   for (const XmlElement& option : root.children) {
@@ -80,8 +91,11 @@ MjcfContacts::MjcfContacts(const XmlElement& root) : root_(root) {
     const std::string which = option.word("collision", {"all", "predefined", "dynamic"}, "all");
     any_ = which != "predefined";
     pairs = which != "dynamic";
-    if (const XmlElement* flag = option.child("flag"))
-      parents_ = flag->word("filterparent", {"enable", "disable"}, "enable") == "disable";
+    const XmlElement* flag = option.child("flag");
+    if (!flag) continue;
+    parents_ = flag->word("filterparent", {"enable", "disable"}, "enable") == "disable";
+    if (flag->word("override", {"enable", "disable"}, "disable") == "enable")
+      override_ = rubbing_of(option, "o_friction");
   }
   for (const XmlElement& section : root.children) {
     if (section.name != "contact") continue;
@@ -97,7 +111,8 @@ MjcfContacts::MjcfContacts(const XmlElement& root) : root_(root) {
         e.read = true;
         for (const char* key : {"name", "class"}) e.find(key);
         const std::string a = e.require("geom1"), b = e.require("geom2");
-        const Rubbing rubs{friction_of(e, 5), dimensions_of(e)};
+        Rubbing rubs = rubbing_of(e, "friction");
+        rubs.dimensions = dimensions_of(e);
         pairs_.push_back(&e);
         if (pairs && paired_.try_emplace({a, b}, rubs).second) paired_.try_emplace({b, a}, rubs);
       }
@@ -124,7 +139,7 @@ void MjcfContacts::add(const XmlElement& element, const MjcfGeom& geom, const Bo
   s.affinity = mask_of(element, "conaffinity");
   s.priority = whole_number(element, "priority", 0);
   s.dimensions = dimensions_of(element);
-  s.friction = friction_of(element, 3);
+  s.friction = friction_of(element);
   if (geom.plane && !s.still())
     element.refuse("is a plane of a moving body; only fixed bodies may have planes");
   surfaces_.push_back(std::move(s));
@@ -155,12 +170,16 @@ bool MjcfContacts::may_touch(const Surface& a, const Surface& b) const {
 }
 
 MjcfContacts::Rubbing MjcfContacts::between(const Surface& a, const Surface& b) const {
-  if (const Rubbing* own = pair_of(a, b)) return *own;
+  const auto with_override = [&](Rubbing own) {
+    if (override_) own.friction = override_->friction, own.directed = override_->directed;
+    return own;
+  };
+  if (const Rubbing* own = pair_of(a, b)) return with_override(*own);
   if (a.priority != b.priority) {
     const Surface& first = a.priority > b.priority ? a : b;
-    return {first.friction, first.dimensions};
+    return with_override({first.friction, first.dimensions});
   }
-  return {std::max(a.friction, b.friction), std::max(a.dimensions, b.dimensions)};
+  return with_override({std::max(a.friction, b.friction), std::max(a.dimensions, b.dimensions)});
 }
 
 std::vector<ConstraintKind> MjcfContacts::over_plane(const Surface& over, const Plane& plane,
@@ -276,6 +295,7 @@ MjcfContacts::Found MjcfContacts::find(UniqueNames names, double freedoms) const
         continue;
       }
       out.twisting += rubs.dimensions > 3;
+      out.directed += rubs.dimensions > 1 && rubs.directed;
       const std::string name =
           fmt::format("{} over {}", label(over, over.body.solid),
                       label(under, below.plane ? std::string("plane") : under.body.solid));

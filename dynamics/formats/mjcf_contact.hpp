@@ -3,6 +3,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -20,7 +21,7 @@ namespace borelli {
 /// - Their bodies are not welded to each other, nor parent and child (unless the parent is static).
 /// - No <exclude> names the two bodies.
 /// Friction and condim are the larger of both, or those of the geom of higher priority. condim 1 means no
-/// friction. Restitution is zero.
+/// friction. With <flag override="enable"/> all contacts have the friction of <option>. Restitution is zero.
 class MjcfContacts {
  public:
   /// Reads <contact> and the contact settings of <option>.
@@ -42,6 +43,7 @@ class MjcfContacts {
     std::size_t crowded = 0;                    ///< how many of these are left out as too many
     std::pair<std::string, std::string> first;  ///< the first pair of `without` that is not modelled
     int twisting = 0;  ///< contact pairs with torsional or rolling friction (condim 4 or 6), not modelled
+    int directed = 0;  ///< contact pairs whose sliding friction differs by direction, not modelled
   };
   /// Finds all contacts. Names of constraints differ from those in `names`. Contacts of convex shapes with
   /// each other are left out if the rows of all contacts, or these rows times `freedoms`, exceed a limit.
@@ -67,7 +69,9 @@ class MjcfContacts {
   struct Rubbing {
     double friction = 1;
     int dimensions = 3;
+    bool directed = false;  // the second direction has another friction
   };
+  static Rubbing rubbing_of(const XmlElement& element, const char* friction);
   using Names = std::pair<std::string, std::string>;
 
   /// Kinds of contacts that are too many to be solved, and the number of pairs that get no contact.
@@ -93,6 +97,7 @@ class MjcfContacts {
   std::set<Names> excluded_;         // bodies, in either order
   std::map<Names, Rubbing> paired_;  // geoms, in either order
   std::vector<const XmlElement*> pairs_;
+  std::optional<Rubbing> override_;  // friction of all contacts
   bool any_ = true, parents_ = false;
 };
 

@@ -2,6 +2,8 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
+#include <array>
 #include <map>
 #include <set>
 
@@ -17,13 +19,20 @@ using Eigen::Vector3d;
 
 // ---- what changes the motion ----
 
+// Kinds of components that place, measure or show something.
+bool only_marks(const XmlElement& e) {
+  constexpr std::array kinds{"Frame", "Marker", "Station", "Geometry", "Mesh", "Probe", "Reporter", "Source"};
+  return std::ranges::any_of(kinds, [&](const char* kind) { return e.name.ends_with(kind); });
+}
+
 // Only the sets whose content acts on the bodies are marked as read, so an object acts if its parent was
-// read.
+// read. Components may be of any kind.
 bool osim_element_moves(const XmlElement& e, const XmlElement& parent) {
   if (parent.name == "defaults")  // (a CMC_Joint is a controller's task)
     return e.name == "Body" || e.name == "Coordinate" ||
            (e.name.ends_with("Joint") && !e.name.starts_with("CMC_"));
-  return parent.name == "objects" && parent.read && osim_acts(e);
+  return (parent.name == "objects" || parent.name == "components") && parent.read && !only_marks(e) &&
+         osim_acts(e);
 }
 
 bool osim_attribute_moves(const XmlAttribute&, const XmlElement&) { return false; }
@@ -175,7 +184,9 @@ class OsimReader {
 
   void read_markers() {
     std::set<std::string> names;
-    for (const XmlElement* e : osim_objects(model_, "MarkerSet")) {
+    std::vector<const XmlElement*> objects = osim_objects(model_, "MarkerSet");
+    for (const XmlElement* e : osim_components(model_)) objects.push_back(e);
+    for (const XmlElement* e : objects) {
       if (e->name != "Marker") continue;
       e->read = true;
       Marker marker{e->require("name"), {}, e->line};

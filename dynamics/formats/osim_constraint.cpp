@@ -159,12 +159,16 @@ bool osim_acts(const XmlElement& element) {
 }
 
 void read_osim_constraints(const XmlElement& model, const OsimFrames& frames, Scene& scene) {
+  const std::vector<const XmlElement*> components = osim_components(model);
+  const auto each_acting = [&](std::string_view set, auto&& read) {
+    for (const auto& list : {osim_objects(model, set), components})
+      for (const XmlElement* e : list)
+        if (osim_acts(*e)) read(*e);
+  };
   OsimConstraintReader reader(frames, scene);
-  for (const XmlElement* e : osim_objects(model, "ConstraintSet"))
-    if (osim_acts(*e)) reader.read_constraint(*e);
+  each_acting("ConstraintSet", [&](const XmlElement& e) { reader.read_constraint(e); });
   OsimForceReader forces(frames, reader.coordinates(), scene);
-  for (const XmlElement* e : osim_objects(model, "ForceSet"))
-    if (osim_acts(*e)) forces.read(*e);
+  each_acting("ForceSet", [&](const XmlElement& e) { forces.read(e); });
 }
 
 }  // namespace borelli

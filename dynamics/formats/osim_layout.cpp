@@ -75,19 +75,26 @@ std::vector<const XmlElement*> osim_objects(const XmlElement& parent, std::strin
   return out;
 }
 
+std::vector<const XmlElement*> osim_components(const XmlElement& model) {
+  std::vector<const XmlElement*> out = osim_objects(model, "ComponentSet");
+  if (const XmlElement* components = model.child("components"))
+    for (const XmlElement& c : components->children) out.push_back(&c);
+  return out;
+}
+
 OsimLayout read_osim_layout(const XmlElement& model, const OsimFrames& frames) {
   OsimLayout out;
   std::vector<const XmlElement*> joints = osim_objects(model, "JointSet");
   std::vector<const XmlElement*> bodies = osim_objects(model, "BodySet");
-  if (const XmlElement* components = model.child("components"))
-    for (const XmlElement& c : components->children) {
-      if (c.name == "Body") bodies.push_back(&c);
-      if (c.name.ends_with("Joint")) joints.push_back(&c);
-    }
+  for (const XmlElement* c : osim_components(model)) {
+    if (c->name == "Body") bodies.push_back(c);
+    if (c->name.ends_with("Joint")) joints.push_back(c);
+  }
   std::set<std::string> names;
   for (const XmlElement* body : bodies) {
     if (body->name != "Body") continue;  // (listed as unread)
     body->read = true;
+    body->child("components");  // (its frames are found by their paths)
     const std::string& name = body->require("name");
     const XmlElement* joint = joint_in(*body);
     if (name == "ground") {
@@ -103,6 +110,7 @@ OsimLayout read_osim_layout(const XmlElement& model, const OsimFrames& frames) {
   }
   for (const XmlElement* joint : joints) {
     joint->read = true;
+    joint->child("components");
     out.joints.push_back(new_joint(*joint, frames));
   }
   return out;

@@ -28,6 +28,9 @@ struct OsimLayout {
 /// another file holds.
 std::vector<const XmlElement*> osim_objects(const XmlElement& parent, std::string_view set);
 
+/// The objects of any kind that a <Model> holds outside its sets: in <components> or <ComponentSet>.
+std::vector<const XmlElement*> osim_components(const XmlElement& model);
+
 /// Bodies and joints of a <Model>: with each joint inside its child's <Body> (OpenSim 2 and 3), or in a
 /// <JointSet> with sockets (OpenSim 4). Throws XmlRefusal.
 OsimLayout read_osim_layout(const XmlElement& model, const OsimFrames& frames);

@@ -170,6 +170,7 @@ class UrdfReader {
     add_root(root_link, options.floating);
     for (const XmlElement* joint : joints_) add_joint(*joint);
     for (const XmlElement* joint : joints_) add_mimic(*joint);
+    start_followers();
     if (auto done = lock_coordinates(model_.scene, options.locked); !done)
       throw XmlRefusal{Error{root_.file, done.error().message(), Error::Kind::use}};
     settle(options.minimum_mass);
@@ -383,6 +384,24 @@ class UrdfReader {
     return found != joint_names_.end() && found->second->text("type") == "fixed";
   }
 
+  // Starts each mimic joint where its leader is. A leader may follow another.
+  void start_followers() {
+    for (std::size_t pass = 0; pass < mimics_.size(); ++pass)  // (the longest chain)
+      for (const Mimic& mimic : mimics_)
+        *mimic.start = mimic.offset + (mimic.leader ? mimic.multiplier * *mimic.leader : 0);
+  }
+
+  // The initial value of a joint's coordinate.
+  double* start_of(const std::string& joint) {
+    for (Solid& solid : model_.scene.solids)
+      for (Switch& one : solid.switches)
+        if (one.coordinate == joint) {
+          one.q.resize(1, 0);
+          return one.q.data();
+        }
+    return nullptr;
+  }
+
   // mimic: q = multiplier q' + offset
   void add_mimic(const XmlElement& joint) {
     const XmlElement* mimic = joint.child("mimic");
@@ -396,6 +415,7 @@ class UrdfReader {
       coupling.ratios = {1};
       coupling.value = constant(mimic->number("offset", 0));
       model_.scene.constraints.push_back({"mimic of " + name, coupling});
+      mimics_.push_back({start_of(name), nullptr, 0, mimic->number("offset", 0)});
       return;
     }
     for (const std::string& end : {name, other})
@@ -406,6 +426,8 @@ class UrdfReader {
     coupling.ratios = {1, -mimic->number("multiplier", 1)};
     coupling.value = constant(mimic->number("offset", 0));
     model_.scene.constraints.push_back({"mimic of " + name, coupling});
+    mimics_.push_back(
+        {start_of(name), start_of(other), mimic->number("multiplier", 1), mimic->number("offset", 0)});
   }
 
   const XmlElement& root_;
@@ -415,6 +437,11 @@ class UrdfReader {
   XmlElement world_{.name = "link"};       // implied by a joint, at the place of its first mention
   std::vector<std::string> without_size_;  // places of shapes without size
   std::set<std::string> coordinates_;
+  struct Mimic {
+    double *start, *leader;  // initial values in the scene; leader is null if its joint is fixed
+    double multiplier, offset;
+  };
+  std::vector<Mimic> mimics_;
 };
 
 }  // namespace

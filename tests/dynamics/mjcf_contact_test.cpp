@@ -195,6 +195,46 @@ TEST(MjcfContacts, TooManyPairsAreReported) {
       << model.not_modelled.motion[0];
 }
 
+// A box of 1 kg slides down a plane of 30 degrees: g (sin - mu cos), or it stays.
+TEST(MjcfContacts, OptionOverridesFriction) {
+  const auto speed = [](const std::string& option, const std::string& pair) {
+    ModelFile model = read_text(
+        "<mujoco><option gravity='4.905 0 -8.4957' " + option +
+        "</option><worldbody><geom name='floor' type='plane' size='5 5 1'/><body pos='0 0 .1'><freejoint/>"
+        "<geom name='box' type='box' size='.2 .2 .1' mass='1'/></body></worldbody>" +
+        pair + "</mujoco>");
+    EXPECT_TRUE(model.not_modelled.motion.empty()) << model.not_modelled.motion[0];
+    SimulationSettings how = model.scene.simulation;
+    how.end_time = 0.5;
+    const Trajectory path = run(model.scene, how);
+    return path.v(path.v.rows() - 1, 0);
+  };
+  const std::string enabled = "><flag override='enable'/>", disabled = ">",
+                    pair = "<contact><pair geom1='floor' geom2='box' friction='.1 .1'/></contact>";
+  const double slides = 0.5 * (4.905 - 0.1 * 8.4957);
+  EXPECT_NEAR(speed("o_friction='.1 .1 .005'" + enabled, ""), slides, 1e-3);
+  EXPECT_NEAR(speed("o_friction='.1 .1 .005'" + disabled, ""), 0, 1e-9);
+  EXPECT_NEAR(speed(disabled, pair), slides, 1e-3);
+  EXPECT_NEAR(speed("o_friction='1 1'" + enabled, pair), 0, 1e-9);
+}
+
+TEST(MjcfContacts, FrictionByDirectionIsNamed) {
+  for (const auto& [pair, named] : {std::pair{"friction='.1 .5'", true},
+                                    {"friction='.1'", true},  // default 1
+                                    {"friction='.3 .3 .1'", false},
+                                    {"", false},
+                                    {"condim='1' friction='.1 .5'", false}}) {
+    const ModelFile model = read_text(over_floor("<body><freejoint/><geom name='ball' size='.1'/></body>")
+                                          .replace(0, 8,
+                                                   "<mujoco><contact><pair geom1='floor' geom2='ball' " +
+                                                       std::string(pair) + "/></contact>"));
+    ASSERT_EQ(model.not_modelled.motion.size(), named ? 1u : 0u) << pair;
+    if (!named) continue;
+    EXPECT_TRUE(model.not_modelled.motion[0].starts_with("friction that differs by direction of 1 pairs"))
+        << model.not_modelled.motion[0];
+  }
+}
+
 TEST(MjcfContacts, OverlapsAtTheStartAreSeparated) {
   const ModelFile model =
       read_text(over_floor("<body name='b' pos='0 0 .05'><freejoint/><geom size='.1'/></body>"));

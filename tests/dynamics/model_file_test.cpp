@@ -101,6 +101,28 @@ TEST(ModelFile, ListsEverythingDroppedFromMjcf) {
     EXPECT_NE(other.find(part), std::string::npos) << part << "\n" << other;
 }
 
+TEST(ModelFile, SwitchedOffPartsOfMjcfDoNotChangeTheMotion) {
+  const Folder folder;
+  const auto motion = [&](const std::string& flags) {
+    return need(read_model(folder.write(
+                    "a.xml",
+                    "<mujoco><option o_solref='.1 1' o_margin='.1'><flag " + flags +
+                        "/></option><worldbody><body><joint name='j' frictionloss='2' solreflimit='.1 1'/>"
+                        "<geom size='1' solref='.1 1' margin='.1'/></body></worldbody>"
+                        "<equality><tendon tendon1='t'/></equality><actuator><motor/></actuator></mujoco>")))
+        .not_modelled.motion.size();
+  };
+  // frictionloss, solreflimit, solref, margin, <tendon>, <motor>
+  EXPECT_EQ(motion(""), 6u);
+  EXPECT_EQ(motion("override='enable'"), 8u);
+  EXPECT_EQ(motion("frictionloss='disable'"), 5u);
+  EXPECT_EQ(motion("limit='disable'"), 5u);
+  EXPECT_EQ(motion("contact='disable'"), 4u);
+  EXPECT_EQ(motion("equality='disable'"), 5u);
+  EXPECT_EQ(motion("actuation='disable'"), 5u);
+  EXPECT_EQ(motion("constraint='disable'"), 1u);
+}
+
 // MuJoCo aligns the frame of a free body without child bodies (mjCBody::Compile), so its qpos differ.
 TEST(ModelFile, AlignedFreeJointsAreListedAsChangingTheMotion) {
   const Folder folder;

@@ -155,6 +155,8 @@ TEST(Urdf, MimicCouplesJoints) {
   scene.simulation.end_time = 0.3;
   const Trajectory t = need(simulate(compiled(scene)));
   const Eigen::VectorXd q = last(t.q);
+  EXPECT_EQ(t.q(0, 0), 0);  // the leader starts where it would alone
+  EXPECT_EQ(t.q(0, 1), 0.3);
   EXPECT_GT(std::abs(q[0]), 0.01);  // it moves
   EXPECT_NEAR(q[1], -2 * q[0] + 0.3, 1e-9);
   EXPECT_TRUE(t.certificate.trusted) << t.certificate.reason;
@@ -296,6 +298,21 @@ TEST(Urdf, LockedJointEqualsAFixedOne) {
                 "--lock j4: there is no free coordinate of this name; choose from: j1, j2, j3"),
             std::string::npos)
       << wrong.error().message();
+}
+
+TEST(Urdf, MimicsStartWhereTheirLeadersAre) {
+  // the last follows a follower, which the file names later; the first leader starts at its lower limit
+  const System system = compiled(
+      read_text(robot(link_text("base") + link_text("a") + link_text("b") + link_text("c") +
+                      joint_text("jc", "continuous", "base", "c", "<mimic joint='jb' offset='1'/>") +
+                      joint_text("jb", "continuous", "base", "b", "<mimic joint='ja' multiplier='-2'/>") +
+                      joint_text("ja", "revolute", "base", "a", "<limit lower='.1' upper='.5'/>")))
+          .scene);
+  for (const auto& [name, start] : {std::pair{"ja", 0.1}, {"jb", -0.2}, {"jc", 0.8}})
+    for (const CoordinateInfo& info : system.coordinates)
+      if (info.name == name) {
+        EXPECT_DOUBLE_EQ(system.initial.q[info.q_index], start) << name;
+      }
 }
 
 // Robots in which the mimic or the joint that it follows is fixed.

@@ -249,35 +249,46 @@ TEST(Osim, AMasslessBodyThatFollowsIsLocked) {
 TEST(Osim, PointsAndWeldsAreHeldAndSpringsPull) {
   const std::vector<OsimPart> parts = all_joints();
   const std::string a = "/bodyset/" + parts[0].name, b = "/bodyset/" + parts[1].name;
-  const ModelFile model = read_text(new_layout(
-      parts,
+  const std::string sets =
       "<ConstraintSet><objects><PointConstraint name=\"p\"><socket_body_1>" + a +
-          "</socket_body_1><socket_body_2>" + b +
-          "</socket_body_2><location_body_1>1 2 3</location_body_1></PointConstraint>"
-          "<ConstantDistanceConstraint name=\"d\"><socket_body_1>" +
-          a +
-          "</socket_body_1><socket_body_2>/ground"
-          "</socket_body_2><constant_distance>0.7</constant_distance></ConstantDistanceConstraint>"
-          "<WeldConstraint name=\"w\"><socket_frame1>" +
-          a + "</socket_frame1><socket_frame2>" + b +
-          "</socket_frame2></WeldConstraint><PointConstraint name=\"off\"><isEnforced>false</isEnforced>"
-          "</PointConstraint><RollingOnSurfaceConstraint "
-          "name=\"r\"/></objects></ConstraintSet><ForceSet><objects>"
-          "<PointToPointSpring name=\"s\"><socket_body1>" +
-          a +
-          "</socket_body1><socket_body2>/ground</socket_body2>"
-          "<stiffness>5</stiffness><rest_length>0.2</rest_length></PointToPointSpring>"
-          "<Thelen2003Muscle name=\"m\"/></objects></ForceSet>"));
-  ASSERT_EQ(model.scene.constraints.size(), 3u);
-  EXPECT_EQ(std::get<PointOnPoint>(model.scene.constraints[0].kind).a.point, Vector3d(1, 2, 3));
-  EXPECT_EQ(at(std::get<Distance>(model.scene.constraints[1].kind).distance, 0).value, 0.7);
-  EXPECT_TRUE(std::holds_alternative<WeldConstraint>(model.scene.constraints[2].kind));
-  ASSERT_EQ(model.scene.efforts.size(), 1u);
-  EXPECT_EQ(std::get<PointSpring>(model.scene.efforts[0].kind).rest_length, 0.2);
-  EXPECT_TRUE(any_holds(model.not_modelled.motion, "Thelen2003Muscle"));
-  EXPECT_TRUE(any_holds(model.not_modelled.motion, "RollingOnSurfaceConstraint"));
-  EXPECT_FALSE(any_holds(model.not_modelled.motion, "<PointConstraint>"));
-  EXPECT_TRUE(any_holds(model.not_modelled.other, "<PointConstraint>"));
+      "</socket_body_1><socket_body_2>" + b +
+      "</socket_body_2><location_body_1>1 2 3</location_body_1></PointConstraint>"
+      "<ConstantDistanceConstraint name=\"d\"><socket_body_1>" +
+      a +
+      "</socket_body_1><socket_body_2>/ground"
+      "</socket_body_2><constant_distance>0.7</constant_distance></ConstantDistanceConstraint>"
+      "<WeldConstraint name=\"w\"><socket_frame1>" +
+      a + "</socket_frame1><socket_frame2>" + b +
+      "</socket_frame2></WeldConstraint><PointConstraint name=\"off\"><isEnforced>false</isEnforced>"
+      "</PointConstraint><RollingOnSurfaceConstraint "
+      "name=\"r\"/></objects></ConstraintSet><ForceSet><objects>"
+      "<PointToPointSpring name=\"s\"><socket_body1>" +
+      a +
+      "</socket_body1><socket_body2>/ground</socket_body2>"
+      "<stiffness>5</stiffness><rest_length>0.2</rest_length></PointToPointSpring>"
+      "<Thelen2003Muscle name=\"m\"/></objects></ForceSet>";
+  const auto outside = [&](const std::string& begin, const std::string& end) {
+    std::string out = sets;
+    for (const auto& [from, to] : {std::pair{std::string("<ConstraintSet><objects>"), begin},
+                                   {"</objects></ConstraintSet><ForceSet><objects>", ""},
+                                   {"</objects></ForceSet>", end}})
+      out.replace(out.find(from), from.size(), to);
+    return out;
+  };
+  for (const std::string& where : {sets, outside("<components>", "</components>"),
+                                   outside("<ComponentSet><objects>", "</objects></ComponentSet>")}) {
+    const ModelFile model = read_text(new_layout(parts, where));
+    ASSERT_EQ(model.scene.constraints.size(), 3u);
+    EXPECT_EQ(std::get<PointOnPoint>(model.scene.constraints[0].kind).a.point, Vector3d(1, 2, 3));
+    EXPECT_EQ(at(std::get<Distance>(model.scene.constraints[1].kind).distance, 0).value, 0.7);
+    EXPECT_TRUE(std::holds_alternative<WeldConstraint>(model.scene.constraints[2].kind));
+    ASSERT_EQ(model.scene.efforts.size(), 1u);
+    EXPECT_EQ(std::get<PointSpring>(model.scene.efforts[0].kind).rest_length, 0.2);
+    EXPECT_TRUE(any_holds(model.not_modelled.motion, "Thelen2003Muscle"));
+    EXPECT_TRUE(any_holds(model.not_modelled.motion, "RollingOnSurfaceConstraint"));
+    EXPECT_FALSE(any_holds(model.not_modelled.motion, "<PointConstraint>"));
+    EXPECT_TRUE(any_holds(model.not_modelled.other, "<PointConstraint>"));
+  }
 }
 
 TEST(Osim, RefusesUnsupportedContentByName) {
