@@ -23,6 +23,7 @@ namespace {
 
 constexpr std::uint64_t unlimited = std::numeric_limits<std::uint64_t>::max();
 std::atomic<std::uint64_t> limit = 0;  // 0: not set yet
+std::atomic<bool> limited_from_outside = false;
 
 // bytes of the line `key` in a file of "key: number kB" lines; unlimited if there is none
 std::uint64_t bytes_in_line(const char* path, const std::string& key) {
@@ -60,6 +61,21 @@ std::uint64_t free_in_group() {
   return least;
 }
 
+// bytes that the limits of this process leave (ulimit -v, -d)
+std::uint64_t free_in_process() {
+  std::uint64_t least = unlimited;
+  for (const auto& [resource, used] : {std::pair{RLIMIT_AS, "VmSize"}, {RLIMIT_DATA, "VmData"}}) {
+    rlimit most{};
+    const std::uint64_t in_use = bytes_in_line("/proc/self/status", used);
+    if (getrlimit(resource, &most) != 0) continue;
+    // set_memory_limit sets the soft limit of RLIMIT_DATA
+    const rlim_t bytes = resource == RLIMIT_DATA ? most.rlim_max : most.rlim_cur;
+    if (bytes == RLIM_INFINITY || in_use == unlimited) continue;
+    least = std::min<std::uint64_t>(least, bytes > in_use ? bytes - in_use : 0);
+  }
+  return least;
+}
+
 // Resident memory less the heap's free blocks. Free blocks may not be resident yet, so the result is at least
 // what the heap has handed out.
 std::uint64_t bytes_in_use() {
@@ -88,11 +104,13 @@ std::string in_words(double bytes) {
 }  // namespace
 
 std::uint64_t free_memory() {
-  return std::min(bytes_in_line("/proc/meminfo", "MemAvailable"), free_in_group());
+  return std::min({bytes_in_line("/proc/meminfo", "MemAvailable"), free_in_group(), free_in_process()});
 }
 
 void set_memory_limit(std::uint64_t bytes) {
-  limit = std::max<std::uint64_t>(bytes, 1);
+  const std::uint64_t free = free_in_process();
+  limited_from_outside = free / 4 * 3 <= bytes;
+  limit = std::max<std::uint64_t>(std::min(bytes, free), 1);
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
   // RLIMIT_DATA counts writable mappings, which exceed memory in use: stacks, the heap's free blocks
   constexpr std::uint64_t slack = std::uint64_t{2} << 30;
@@ -136,15 +154,17 @@ std::optional<std::uint64_t> bytes_from(std::string_view text) {
 
 tl::unexpected<Error> out_of_memory(const std::string& where, const std::string& what) {
   return failure(where, what + " needs more memory than the " +
-                            in_words(static_cast<double>(memory_limit())) +
-                            " that may be used; give a larger --max-memory");
+                            in_words(static_cast<double>(memory_limit())) + " that may be used; " +
+                            (limited_from_outside ? "raise the limits of this process (ulimit)"
+                                                  : "give a larger --max-memory"));
 }
 
 Result<void> admit_memory(const std::string& where, const std::string& what, double bytes) {
   const double most = static_cast<double>(memory_limit()), used = static_cast<double>(bytes_in_use());
   if (used + bytes <= most) return {};
   return failure(where, what + " needs " + in_words(bytes) + " of memory; " + in_words(most) +
-                            " may be used (--max-memory), of which " + in_words(used) + " are in use");
+                            " may be used (" + (limited_from_outside ? "ulimit" : "--max-memory") +
+                            "), of which " + in_words(used) + " are in use");
 }
 
 }  // namespace borelli

@@ -86,6 +86,19 @@ TEST(MaxMemory, IsReadFromCommandLineAndSettings) {
 }
 
 // Grids of more voxels than fit, each refused with its size before memory is allocated.
+TEST(MaxMemory, LimitsOfTheShellAreNamed) {
+#ifdef __SANITIZE_ADDRESS__
+  GTEST_SKIP() << "the sanitizer maps more memory than this";
+#endif
+  const TestFolder folder;
+  const std::string phantom = "phantom --spacing 1 -o " + (folder / "p.nii.gz").string();
+  const ProgramRun run = run_program(phantom, "ulimit -v 400000; ");
+  EXPECT_EQ(run.code, 1) << run.err;
+  EXPECT_NE(run.err.find("ulimit)"), std::string::npos) << run.err;
+  EXPECT_EQ(run.err.find("--max-memory"), std::string::npos) << run.err;
+  EXPECT_EQ(folder.count(), 0);
+}
+
 TEST(MaxMemory, LargerRequestsAreRefusedAtOnce) {
   const TestFolder folder;
   const std::string out = (folder / "out").string();
