@@ -288,6 +288,31 @@ Result<MotionFit> fit_motion(const Scene& scene, const System& system, const Mar
   return out;
 }
 
+std::string misfit(double rms, const MarkerMotion& recording) {
+  constexpr double far = 0.08;  // of the spread: 40 mm on an adult, twice what is usual
+  double squares = 0;
+  Eigen::Index count = 0;
+  for (const Matrix3Xd& frame : recording.frames) {
+    Matrix3Xd seen(3, frame.cols());
+    Eigen::Index n = 0;
+    for (Eigen::Index m = 0; m < frame.cols(); ++m)
+      if (frame.col(m).allFinite()) seen.col(n++) = frame.col(m);
+    if (n == 0) continue;
+    const Vector3d middle = seen.leftCols(n).rowwise().mean();
+    squares += (seen.leftCols(n).colwise() - middle).squaredNorm();
+    count += n;
+  }
+  const double spread = count > 0 ? std::sqrt(squares / double(count)) : 0;
+  if (!(rms > far * spread)) return "";
+  return fmt::format(
+      "the markers lie {:.0f} mm from the model's (root mean square), {:.0f} % of their spread; up to 20 mm "
+      "is "
+      "advised (Hicks and others, Journal of Biomechanical Engineering 137, 2015): the recording's unit, its "
+      "axes, "
+      "left and right, or the markers' names may be wrong, or the model has another size",
+      1e3 * rms, 100 * rms / spread);
+}
+
 MotionTable table_of(const System& system, const MotionFit& fit) {
   MotionTable table{"Coordinates", columns_of(system), fit.times, fit.q, true};
   for (const CoordinateInfo& c : system.coordinates)

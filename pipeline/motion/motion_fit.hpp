@@ -44,6 +44,10 @@ struct MotionFit {
 Result<MotionFit> fit_motion(const Scene& scene, const System& system, const MarkerMotion& recording,
                              const MotionFitRequest& request);
 
+/// Says that markers lie too far from a model's: with a root mean square error, m, of more than 8 % of the
+/// markers' spread in the recording. Empty otherwise.
+std::string misfit(double rms, const MarkerMotion& recording);
+
 /// The turn from a recording's axes to the scene's: the smallest that brings `up` (unit, in the recording's
 /// axes) against gravity. Identity without `up` or gravity.
 Eigen::Matrix3d turn_to_scene(const Scene& scene, const std::optional<Eigen::Vector3d>& up);

@@ -114,6 +114,7 @@ Result<json> work(IkOptions o, const Command& command) {
   progress.end(fmt::format("{:.2g} s", seconds));
   if (!fit) return tl::unexpected(fit.error());
   command.warn(fit->warnings);
+  command.warn(misfit(fit->rms(), recording->markers));
   if (!o.output.empty()) {
     const auto text =
         is_motion_text(o.output)

@@ -3,6 +3,7 @@
 
 #include "dynamics/formats/model_write.hpp"
 #include "pipeline/files/whole_file.hpp"
+#include "pipeline/motion/motion_fit.hpp"
 #include "pipeline/motion/static_fit.hpp"
 #include "pipeline/recordings/recording.hpp"
 #include "pipeline/verbs/inputs.hpp"
@@ -26,7 +27,7 @@ struct ScaleOptions {
 Result<json> work(const ScaleOptions& o, const Command& command) {
   if (!o.output.empty()) {
     if (auto fine = check_model_ending(o.output); !fine) return tl::unexpected(fine.error());
-    if (auto fine = check_writable(o.output, {o.model, o.trial}); !fine) return tl::unexpected(fine.error());
+    if (auto fine = check_writable(o.output); !fine) return tl::unexpected(fine.error());
   }
   const auto model = read_model(command, o.model, o.how);
   if (!model) return tl::unexpected(model.error());
@@ -38,6 +39,7 @@ Result<json> work(const ScaleOptions& o, const Command& command) {
   const auto fit = fit_static(model->scene, trial->markers, request);
   if (!fit) return tl::unexpected(fit.error());
   command.warn(fit->warnings);
+  command.warn(misfit(fit->rms_after, mean_frame(trial->markers, request.start, request.end)));
   json omissions = json::array();
   if (!o.output.empty()) {
     const auto written = write_model(fit->scene, o.output);

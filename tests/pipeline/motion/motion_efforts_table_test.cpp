@@ -80,6 +80,71 @@ TEST(MotionEffortsTable, LoadsInTheBodysFrameTurnWithIt) {
   }
 }
 
+TEST(MotionEffortsTable, NamesEffortsOfWrongUnits) {
+  const System system = pendulum();
+  MotionTable table = swing(201, 0.01);
+  EXPECT_TRUE(need(efforts_of(system, need(positions_in(system, table)).positions, {}, {})).warnings.empty());
+  table.in_degrees = false;  // degrees that are said to be radians
+  const auto warnings =
+      need(efforts_of(system, need(positions_in(system, table)).positions, {}, {})).warnings;
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_TRUE(warnings[0].starts_with("the moment of 'swing' reaches ")) << warnings[0];
+  // a push of 20 N at a point in mm
+  MeasuredForce push{
+      "push", {0, 2}, Eigen::Matrix3Xd(3, 2), Eigen::Matrix3Xd(3, 2), Eigen::Matrix3Xd::Zero(3, 2)};
+  push.force.colwise() = Eigen::Vector3d(20, 0, 0);
+  push.point.colwise() = Eigen::Vector3d(0, 0, -1000);
+  const auto far = need(efforts_of(system, need(positions_in(system, swing(201, 0.01))).positions,
+                                   {ExternalLoad{"bob", "ground", "ground", push}}, {}))
+                       .warnings;
+  ASSERT_EQ(far.size(), 1u);
+  EXPECT_TRUE(far[0].starts_with("the moment of 'swing' reaches ")) << far[0];
+}
+
+TEST(MotionEffortsTable, NamesMissingRows) {
+  const System system = pendulum();
+  RecordedPositions positions = need(positions_in(system, swing(201, 0.01))).positions;
+  constexpr int from = 80, missing = 40;
+  positions.times.erase(positions.times.begin() + from, positions.times.begin() + from + missing);
+  Rows kept(201 - missing, 1);
+  kept << positions.q.topRows(from), positions.q.bottomRows(201 - from - missing);
+  positions.q = kept;
+  const auto warnings = need(efforts_of(system, positions, {}, {})).warnings;
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_TRUE(warnings[0].starts_with("rows are missing between t = 0.79 s and 1.2 s, 41 of the usual steps"))
+      << warnings[0];
+}
+
+// A free body with a force that nothing explains: the residuals are that force and its moment.
+TEST(MotionEffortsTable, JudgesResidualForceAndMoment) {
+  const System system = need(compile(need(parse_scene(R"(
+gravity = [0, 0, -10]
+[[solid]]
+name = "body"
+joint = [{translation = "x", name = "x"}, {translation = "y", name = "y"}, {translation = "z", name = "z", value = 1},
+  {rotation = "y", name = "pitch"}]
+mass = 1
+tensor = [1, 1, 1]
+)",
+                                                      "body.toml"))));
+  RecordedPositions still;
+  still.q = system.initial.q.transpose().replicate(21, 1);
+  for (int i = 0; i < 21; ++i) still.times.push_back(0.01 * i);
+  const auto warnings = [&](double force, double x) {
+    MeasuredForce push{
+        "push", {0, 2}, Eigen::Matrix3Xd(3, 2), Eigen::Matrix3Xd(3, 2), Eigen::Matrix3Xd::Zero(3, 2)};
+    push.force.colwise() = Eigen::Vector3d(0, 0, force);
+    push.point.colwise() = Eigen::Vector3d(x, 0, 0);
+    return need(efforts_of(system, still, {ExternalLoad{"body", "ground", "ground", push}}, {})).warnings;
+  };
+  EXPECT_TRUE(warnings(10, 0.009).empty());
+  ASSERT_EQ(warnings(10, 0.02).size(), 1u);  // 0.2 N m of 10 N times 1 m
+  EXPECT_TRUE(warnings(10, 0.02)[0].starts_with("the largest residual moment at the root, 0 N m, is 2 % of "))
+      << warnings(10, 0.02)[0];
+  EXPECT_TRUE(warnings(11, 0)[0].starts_with("the largest residual force at the root, 1 N, is 9 % of "))
+      << warnings(11, 0)[0];
+}
+
 TEST(MotionEffortsTable, ColumnsMayBePathsOfStates) {
   const System system = pendulum();
   MotionTable table = swing(5, 0.1);

@@ -122,6 +122,26 @@ TEST(MotionFit, FollowsTheSharedMarkers) {
   EXPECT_NEAR(table.values(0, column), Body::elbow(0) * 180 / std::numbers::pi, 1e-5);
 }
 
+TEST(MotionFit, SaysThatMarkersLieTooFar) {
+  const Body body;
+  const MarkerMotion right = body.recording(0.3);
+  EXPECT_EQ(misfit(need(fit_motion(body.scene, body.system, right, {})).rms(), right), "");
+  const auto changed = [&](const Eigen::Matrix3d& by) {
+    MarkerMotion out = right;
+    for (Matrix3Xd& frame : out.frames) frame = by * frame;
+    return out;
+  };
+  // in cm, with another axis upwards, mirrored
+  for (const Eigen::Matrix3d& by :
+       {Eigen::Matrix3d(100 * Eigen::Matrix3d::Identity()),
+        Eigen::Matrix3d(Eigen::AngleAxisd(std::numbers::pi / 2, Eigen::Vector3d::UnitX()).matrix() *
+                        Eigen::Vector3d(1, -1, 1).asDiagonal())}) {
+    const MarkerMotion wrong = changed(by);
+    const std::string said = misfit(need(fit_motion(body.scene, body.system, wrong, {})).rms(), wrong);
+    EXPECT_TRUE(said.starts_with("the markers lie ")) << said;
+  }
+}
+
 TEST(MotionFit, FindsABodyThatFacesTheOtherWay) {
   const Body body;
   for (double heading : {std::numbers::pi, -1.7, 2.6}) {
