@@ -110,6 +110,9 @@ void add_evaluation(py::module_& m) {
       .def_readonly("rows", &E::rows, "Names of the constraint rows.")
       .def_property_readonly("constraint_jacobian", view_of(&E::constraint_jacobian), "L, (rows, n_v).")
       .def_property_readonly("constraint_bias", view_of(&E::constraint_bias), "E, (rows,).")
+      .def_property_readonly("constraint_position", view_of(&E::constraint_position),
+                             "h, (rows,): the residual of each row, m or rad.")
+      .def_property_readonly("constraint_rate", view_of(&E::constraint_rate), "dh/dt, (rows,).")
       .def_property_readonly("multipliers", view_of(&E::multipliers), "lambda, (rows,), N or N m.")
       .def_property_readonly("drive_efforts", view_of(&E::drive_efforts),
                              "Forces of the driven coordinates, N or N m.")

@@ -5,6 +5,7 @@
 #include <Eigen/QR>
 
 #include "dynamics/constraints/assembly.hpp"
+#include "dynamics/constraints/change_in_time.hpp"
 #include "dynamics/constraints/local_coordinates.hpp"
 #include "dynamics/equations/evaluate.hpp"
 #include "dynamics/equations/state_derivatives.hpp"
@@ -237,6 +238,26 @@ class BalanceSearch {
   int pushes_ = 0;
 };
 
+/// The first later time at which the state is not at rest, in words.
+std::string why_not_lasting(const System& system, const State& state) {
+  constexpr double steady = 1e-6;  // of the accelerations that each generalised force gives alone
+  const ChangeInTime change = change_in_time(system, state.t);
+  for (const double t : change.times) {
+    State later = state;
+    later.t = t;
+    const auto then = evaluate(system, later);
+    if (!then) return fmt::format("{} changes with time: {}", change.name, then.error().message());
+    const VectorXd lengths = Eigen::Map<const VectorXd>(system.velocity_scale.data(), system.nv);
+    const VectorXd gives = (then->generalized_efforts.cwiseAbs() + then->bias.cwiseAbs())
+                               .cwiseQuotient(then->mass_matrix.diagonal());
+    const double largest = gives.cwiseQuotient(lengths).maxCoeff(),
+                 moves = then->acceleration.cwiseQuotient(lengths).cwiseAbs().maxCoeff();
+    if (moves > steady * largest || !violation(system, *then).empty())
+      return fmt::format("{} changes with time: at t = {:.6g} s the state is not at rest", change.name, t);
+  }
+  return "";
+}
+
 Result<Equilibrium> balanced_state(const System& system, const State& start) {
   if (auto fits = check_state(system, start); !fits) return tl::unexpected(fits.error());
   if (!system.contacts.empty())
@@ -254,6 +275,7 @@ Result<Equilibrium> balanced_state(const System& system, const State& start) {
   if (system.rows > 0)
     if (auto assembled = assemble(system, out.state); !assembled) return tl::unexpected(assembled.error());
   if (auto found = BalanceSearch(system, out.state).run(out); !found) return tl::unexpected(found.error());
+  out.holds_at = why_not_lasting(system, out.state);
   return out;
 }
 

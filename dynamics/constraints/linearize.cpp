@@ -6,6 +6,7 @@
 #include <Eigen/SVD>
 #include <algorithm>
 
+#include "dynamics/constraints/change_in_time.hpp"
 #include "dynamics/equations/constraint_solver.hpp"
 #include "dynamics/equations/derivatives.hpp"
 #include "dynamics/system/border.hpp"
@@ -33,6 +34,32 @@ MatrixXd transport(const System& system, const State& state) {
   return C;
 }
 
+/// Whether accelerations, their derivatives and the constraints are the same at later times. `largest`: the
+/// scale of accelerations in lengths per s^2.
+Result<void> check_unchanging(const System& system, const State& state, const ForwardDerivatives& d,
+                              const VectorXd& lengths, double largest) {
+  const ChangeInTime change = change_in_time(system, state.t);
+  const auto differ = [](const Rows& one, const Rows& other, double scale) {
+    return (one - other).cwiseAbs().maxCoeff() > steady * std::max(scale, one.cwiseAbs().maxCoeff());
+  };
+  for (const double t : change.times) {
+    State later = state;
+    later.t = t;
+    const auto then = evaluate(system, later);
+    if (!then) return tl::unexpected(then.error());
+    const auto by = forward_derivatives(system, later);
+    if (!by) return tl::unexpected(by.error());
+    if (then->acceleration.cwiseQuotient(lengths).cwiseAbs().maxCoeff() > steady * largest ||
+        !violation(system, *then).empty() || differ(d.acceleration_by_q, by->acceleration_by_q, largest) ||
+        differ(d.acceleration_by_v, by->acceleration_by_v, std::sqrt(largest)))
+      return bad_use(change.name,
+                     fmt::format("changes the equations of motion between t = {:.6g} s and {:.6g} "
+                                 "s; small deviations have modes only if nothing changes",
+                                 state.t, t));
+  }
+  return {};
+}
+
 Result<void> check_steady(const System& system, const State& state, const Evaluation& now,
                           const ForwardDerivatives& d) {
   // Scale: the acceleration that each generalised force and multiplier gives alone ...
@@ -45,6 +72,8 @@ Result<void> check_steady(const System& system, const State& state, const Evalua
     largest = std::max(
         {largest, efforts[i] / now.mass_matrix(i, i) / scale[i],
          (d.acceleration_by_q.row(i).transpose().cwiseProduct(scale)).cwiseAbs().maxCoeff() / scale[i]});
+  if (const std::string violated = violation(system, now); !violated.empty())
+    return bad_use(system.scene, "is not steady at this state: " + violated + "; start from an equilibrium");
   Eigen::Index worst = 0;
   const double a = now.acceleration.cwiseQuotient(scale).cwiseAbs().maxCoeff(&worst);
   if (a > steady * largest)
@@ -60,7 +89,7 @@ Result<void> check_steady(const System& system, const State& state, const Evalua
                      fmt::format("the state is not steady: its acceleration is zero only for an instant and "
                                  "grows by {:.3g} per second",
                                  jerk[i]));
-  return {};
+  return check_unchanging(system, state, d, scale, largest);
 }
 
 /// Directions that the rows leave free, in coordinates without units: orthonormal columns.

@@ -101,6 +101,10 @@ Result<ForwardDerivatives> forward_derivatives(const System& system, const State
     Workspace w(system);
     const auto now = evaluate(system, state, efforts, w);
     if (!now) return tl::unexpected(now.error());
+    // evaluate may not have needed the factor of A
+    if (const Fault fault =
+            update_terms(system, system.parameters, state.t, state.q.data(), state.v.data(), w))
+      return tl::unexpected(describe(system, fault, state.t));
     const int n = system.nv;
     const std::vector<int> bodies = massive_bodies(system);
     if (auto fits = admit_derivatives(system, bodies.size()); !fits) return tl::unexpected(fits.error());

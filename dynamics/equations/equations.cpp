@@ -101,12 +101,11 @@ void update_motion(const System& system, const Parameters& parameters, double t,
   find_own_forces(system, parameters, parameters.inertials, w.kinematics, w.efforts, *w.recursion, w.terms);
 }
 
-/// A, B, Q and the factor of A, after update_motion.
+/// A, B and Q, after update_motion.
 Fault find_terms(const System& system, const Parameters& parameters, Workspace& w) {
   if (w.terms.A.rows() < system.size()) {
     if (!admit_mass_matrix(system, 1)) return {Fault::Kind::no_memory, 0};
     w.terms.A.setZero(system.size(), system.size());
-    w.factor.setZero(system.nv, system.nv);
   }
   if (w.kinematics.equations == Equations::recursive) {
     find_efforts(system, parameters, w.kinematics, w.efforts, *w.recursion, w.terms);
@@ -114,6 +113,13 @@ Fault find_terms(const System& system, const Parameters& parameters, Workspace& 
   } else {
     scan_solids(system, parameters, parameters.inertials, w.kinematics, w.efforts, w.terms);
   }
+  return {};
+}
+
+/// A, B, Q and the factor of A, after update_motion.
+Fault find_factored_terms(const System& system, const Parameters& parameters, Workspace& w) {
+  if (const Fault fault = find_terms(system, parameters, w)) return fault;
+  if (w.factor.rows() < system.nv) w.factor.setZero(system.nv, system.nv);
   const int singular = factor_mass_matrix(system, w.terms.A, w.factor);
   if (singular < 0) return {};
   // A state that is not finite shows here first.
@@ -149,8 +155,15 @@ Fault update_terms(const System& system, const Parameters& parameters, double t,
   ++w.evaluations;
   w.complete = true;
   update_motion(system, parameters, t, q, v, w);
-  if (const Fault fault = find_terms(system, parameters, w)) return fault;
+  if (const Fault fault = find_factored_terms(system, parameters, w)) return fault;
   return find_rows(system, parameters, w);
+}
+
+Fault update_unfactored_terms(const System& system, const Parameters& parameters, double t, const double* q,
+                              const double* v, Workspace& w) {
+  w.complete = true;
+  update_motion(system, parameters, t, q, v, w);
+  return find_terms(system, parameters, w);
 }
 
 Fault update_energies(const System& system, const Parameters& parameters, double t, const double* q,
@@ -214,7 +227,7 @@ Fault accelerate(const System& system, const Parameters& parameters, double t, c
   w.complete = !articulate(system, parameters, t, q, v, w, applied);
   if (w.complete) {
     update_motion(system, parameters, t, q, v, w);
-    if (const Fault fault = find_terms(system, parameters, w)) return fault;
+    if (const Fault fault = find_factored_terms(system, parameters, w)) return fault;
     if (const Fault fault = find_rows(system, parameters, w)) return fault;
     if (applied)
       for (int i = 0; i < n; ++i) w.terms.Q[i] += applied[i];

@@ -100,6 +100,11 @@ struct RowHandling {
 Fault update_terms(const System& system, const Parameters& parameters, double t, const double* q,
                    const double* v, Workspace& workspace);
 
+/// Kinematics, efforts, A, B and Q: update_terms without the factor of A, whose cost is n^3 for a chain of n
+/// solids, and without the constraint rows.
+Fault update_unfactored_terms(const System& system, const Parameters& parameters, double t, const double* q,
+                              const double* v, Workspace& workspace);
+
 /// Updates the energies; nothing else that update_terms finds may be used afterwards.
 Fault update_energies(const System& system, const Parameters& parameters, double t, const double* q,
                       const double* v, Workspace& workspace);

@@ -23,6 +23,18 @@ Result<void> check_state(const System& system, const State& state) {
   return {};
 }
 
+std::string violation(const System& system, const Evaluation& evaluated) {
+  Eigen::VectorXd size = evaluated.constraint_position.cwiseAbs();
+  for (const Contact& contact : system.contacts) size[contact.row] = 0;  // (a gap)
+  int worst = -1;
+  double most = 1e-6;
+  for (int r = 0; r < size.size(); ++r)
+    if (const double part = size[r] / system.row_scale[std::size_t(r)]; part > most) worst = r, most = part;
+  return worst < 0 ? ""
+                   : fmt::format("constraint '{}' is violated by {:.3g}",
+                                 system.row_names[std::size_t(worst)], size[worst]);
+}
+
 Result<Evaluation> evaluate(const System& system, const State& state, const Eigen::VectorXd& efforts) {
   return at_border(system, [&]() -> Result<Evaluation> {
     // The result holds another mass matrix and copies of the rows.
@@ -49,10 +61,9 @@ Result<Evaluation> evaluate(const System& system, const State& state, const Eige
     out.acceleration = w.a;
     out.multipliers = w.multipliers;
     out.drive_efforts = w.drive_efforts;
-    // The accelerations may not have needed A, B and Q. Other faults would have shown already.
+    // The accelerations may not have needed A, B and Q.
     if (const Fault fault =
-            update_terms(system, system.parameters, state.t, state.q.data(), state.v.data(), w);
-        fault.kind == Fault::Kind::no_memory)
+            update_unfactored_terms(system, system.parameters, state.t, state.q.data(), state.v.data(), w))
       return tl::unexpected(describe(system, fault, state.t));
     if (applied)
       for (int i = 0; i < n; ++i) w.terms.Q[i] += applied[i];
@@ -63,6 +74,8 @@ Result<Evaluation> evaluate(const System& system, const State& state, const Eige
     out.rows = system.row_names;
     out.constraint_jacobian = w.rows.L.leftCols(n);
     out.constraint_bias = w.rows.E;
+    out.constraint_position = w.rows.h;
+    out.constraint_rate = w.rows.rate;
     out.kinetic_energy = w.terms.kinetic;
     out.potential_energy = w.terms.potential;
     out.momenta = momenta(system, system.parameters, w.kinematics);

@@ -17,6 +17,8 @@ struct Evaluation {
   std::vector<std::string> rows;         ///< names of constraint rows
   Rows constraint_jacobian;              ///< L, rows x nv
   Eigen::VectorXd constraint_bias;       ///< E
+  Eigen::VectorXd constraint_position;   ///< h, m or rad: the residual of each row
+  Eigen::VectorXd constraint_rate;       ///< dh/dt
   Eigen::VectorXd multipliers;           ///< lambda
   Eigen::VectorXd drive_efforts;         ///< driven coordinates' generalised forces
   double kinetic_energy = 0, potential_energy = 0;  ///< J
@@ -32,6 +34,10 @@ Result<Evaluation> evaluate(const System& system, const State& state,
 /// The same in a Workspace of the system, which saves its allocation at every state but the first.
 Result<Evaluation> evaluate(const System& system, const State& state, const Eigen::VectorXd& efforts,
                             Workspace& workspace);
+
+/// Names the constraint row that the evaluated state violates most, and by how much; empty if all are met to
+/// 1e-6 of their length. The accelerations keep the rows' rates and do not correct their positions.
+std::string violation(const System& system, const Evaluation& evaluated);
 
 /// Whether a state fits a system: sizes, finite numbers, unit quaternions (within 1e-3).
 Result<void> check_state(const System& system, const State& state);

@@ -23,12 +23,14 @@ struct EquilibriumOptions : StateOptions {
 Result<json> work(const EquilibriumOptions& o, const Command& command) {
   if (!o.output.empty()) {
     if (!o.output.ends_with(".json")) return bad_use(o.output, "is not a .json file; end the name in .json");
-    if (auto fine = check_writable(o.output, {o.scene}); !fine) return tl::unexpected(fine.error());
+    if (auto fine = check_writable(o.output); !fine) return tl::unexpected(fine.error());
   }
   const auto given = read_scene_at_state(o, command);
   if (!given) return tl::unexpected(given.error());
   const auto found = find_equilibrium(given->system, given->state);
   if (!found) return in_file(o.scene, found.error());
+  if (!found->holds_at.empty())
+    command.warn(fmt::format("the balance is that of t = {:.6g} s: {}", found->state.t, found->holds_at));
   const auto there = evaluate(given->system, found->state);
   if (!there) return in_file(o.scene, there.error());
   const json state = json_of(found->state, given->order);

@@ -13,6 +13,7 @@
 #include "pipeline/verbs/state_file.hpp"
 #include "pipeline/verbs/value_check.hpp"
 #include "pipeline/verbs/verb.hpp"
+#include "process/memory.hpp"
 
 namespace borelli {
 namespace {
@@ -56,6 +57,8 @@ json answer_of(const Evaluation& e, const System& system, const FileOrder& order
   answer["constraint_rows"] = e.rows;
   answer["constraint_jacobian"] = rows_in_file_order(e.constraint_jacobian, order);
   answer["constraint_bias"] = list_of(e.constraint_bias);
+  answer["constraint_position"] = list_of(e.constraint_position);
+  answer["constraint_rate"] = list_of(e.constraint_rate);
   answer["multipliers"] = list_of(e.multipliers);
   return answer;
 }
@@ -152,8 +155,17 @@ struct EvaluateOptions : StateOptions {
 Result<json> work(const EvaluateOptions& o, const Command& command) {
   const auto given = read_scene_at_state(o, command);
   if (!given) return tl::unexpected(given.error());
+  // the matrix as numbers and as JSON, two of each, and as a growing text of 26 bytes a number
+  const double size = given->system.nv;
+  const double bytes = size * size * (2 * sizeof(double) + 2 * sizeof(json) + 3 * 26);
+  if (auto fits =
+          admit_memory(o.scene, fmt::format("the mass matrix of {} coordinates as text", size), bytes);
+      !fits)
+    return tl::unexpected(fits.error());
   const auto evaluation = evaluate(given->system, given->state, given->efforts);
   if (!evaluation) return in_file(o.scene, evaluation.error());
+  if (const std::string violated = violation(given->system, *evaluation); !violated.empty())
+    command.warn(violated + " at this state; the accelerations keep its rate, not its position");
   json answer = answer_of(*evaluation, given->system, given->order);
   if (o.derivatives) {
     const auto derivatives = forward_derivatives(given->system, given->state, given->efforts);

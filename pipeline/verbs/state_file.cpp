@@ -67,10 +67,12 @@ Result<void> read_state(const std::string& file, SceneAtState& given) {
 std::string no_number(const json& value, const std::string& name) {
   if (value.is_number_float()) return std::isfinite(value.get<double>()) ? "" : name;
   if (!value.is_structured()) return "";
-  for (const auto& [key, part] : value.items()) {
-    const std::string own = value.is_array() ? fmt::format("{}[{}]", name, key)
-                            : name.empty()   ? key
-                                             : name + "." + key;
+  for (const auto& entry : value.items()) {
+    const json& part = entry.value();
+    if (part.is_number_float() && std::isfinite(part.get<double>())) continue;
+    const std::string own = value.is_array() ? fmt::format("{}[{}]", name, entry.key())
+                            : name.empty()   ? entry.key()
+                                             : name + "." + entry.key();
     if (const std::string found = no_number(part, own); !found.empty()) return found;
   }
   return "";

@@ -203,6 +203,62 @@ TEST(Equilibrium, WithConstraintsGivesTheirLoads) {
   EXPECT_NEAR(three.state.q[1], -l, 1e-9);
 }
 
+TEST(Modes, NeedAStateThatMeetsTheConstraints) {
+  // a rod of 0.2 m between points 1 m apart
+  Scene scene;
+  scene.solids = {solid("bob", "world", {slide("x", Vector3d::UnitX()), slide("z", Vector3d::UnitZ(), -1)},
+                        {inertial(1, {0, 0, 0}, {0, 0, 0})})};
+  scene.constraints = {{"rod", Distance{{"bob", {0, 0, 0}}, {"world", {0, 0, 0}}, constant(0.2)}}};
+  const System system = compiled(scene);
+  const auto apart = linearize(system, system.initial);
+  ASSERT_FALSE(apart);
+  EXPECT_NE(apart.error().what.find("constraint 'rod' is violated by "), std::string::npos)
+      << apart.error().what;
+  EXPECT_NE(violation(system, need(evaluate(system, system.initial))), "");
+  const Equilibrium rest = need(find_equilibrium(system, system.initial));
+  EXPECT_EQ(violation(system, need(evaluate(system, rest.state))), "");
+  EXPECT_NEAR(need(linearize(system, rest.state)).modes.at(0).frequency, std::sqrt(9.81 / 0.2) / (2 * M_PI),
+              1e-8);
+}
+
+TEST(Modes, NeedEquationsThatDoNotChange) {
+  // Upside down on a shaken pivot, the accelerations are zero at all times, but not their derivatives.
+  Scene shaken = double_pendulum();
+  shaken.solids[0].switches.insert(shaken.solids[0].switches.begin(),
+                                   driven(slide("pivot", Vector3d::UnitZ()), Sine{0.01, 300, 0, 0}));
+  Scene pushed = double_pendulum();
+  pushed.efforts = {{"push", Force{{"upper", {0, 0, 0}}, {0, 0, 0}}},
+                    {"wave", Force{{"lower", {0, 0, -1}}, {0, 0.5, 0.3}, Axes::world, Sine{1, 3, 0, 0}}}};
+  for (const Scene& scene : {shaken, pushed}) {
+    const System system = compiled(scene);
+    const auto linear = linearize(system, system.initial);
+    ASSERT_FALSE(linear);
+    EXPECT_NE(linear.error().what.find("changes the equations of motion between t = 0 s and "),
+              std::string::npos)
+        << linear.error().what;
+  }
+  // On a turntable at a steady rate nothing changes: a slide along its radius has w^2 = k/m - rate^2.
+  Scene turned;
+  turned.gravity.setZero();
+  turned.solids = {
+      solid("table", "world", {driven(hinge("turn", Vector3d::UnitZ()), linear(0, 2))},
+            {inertial(1, {0, 0, 0}, {1, 1, 1})}),
+      solid("bead", "table", {slide("r", Vector3d::UnitX())}, {inertial(1, {0, 0, 0}, {0, 0, 0})})};
+  turned.efforts = {{"spring", CoordinateSpring{{"r"}, 13, 0, 0}}};
+  const System system = compiled(turned);
+  EXPECT_NEAR(need(linearize(system, system.initial)).modes.at(0).frequency, 3 / (2 * M_PI), 1e-12);
+}
+
+TEST(Equilibrium, SaysIfItHoldsAtItsTimeOnly) {
+  Scene scene = double_pendulum();
+  EXPECT_EQ(need(find_equilibrium(compiled(scene), compiled(scene).initial)).holds_at, "");
+  scene.efforts = {{"wave", Force{{"lower", {0, 0, -1}}, {3, 0, 0}, Axes::world, Sine{1, 3, 0, 0}}}};
+  const std::string why = need(find_equilibrium(compiled(scene), compiled(scene).initial)).holds_at;
+  EXPECT_TRUE(why.starts_with("effort 'wave' changes with time: at t = ")) << why;
+  scene.efforts = {{"across", Force{{"lower", {0, 0, -1}}, {0, 3, 0}, Axes::world, Sine{1, 3, 0, 0}}}};
+  EXPECT_EQ(need(find_equilibrium(compiled(scene), compiled(scene).initial)).holds_at, "");  // moves nothing
+}
+
 // A ball joint hangs down wherever it starts, and any turn about the vertical is an equilibrium.
 TEST(Equilibrium, OfABall) {
   Scene scene;

@@ -81,5 +81,23 @@ TEST(Memory, ForModelsIsAskedBeforeTheyAreRead) {
   }
 }
 
+// The mass matrix of a chain as text is larger than all that the equations need.
+TEST(Memory, ForTheTextOfAMassMatrixIsAskedBeforeItIsFound) {
+  const TestFolder folder;
+  std::string chain;
+  for (int n = 0; n < 3000; ++n)
+    chain += fmt::format(
+        "[[solid]]\nname='s{0}'\nparent='{1}'\njoint={{rotation='y',name='j{0}'}}\nmass=1\n"
+        "centre=[0,0,-0.1]\ntensor=[1,1,1]\n",
+        n, n == 0 ? "world" : fmt::format("s{}", n - 1));
+  const ProgramRun run =
+      run_program("evaluate " + std::string(folder.write("chain.toml", chain)) + " --max-memory 1G");
+  EXPECT_EQ(run.code, 1);
+  EXPECT_NE(
+      run.err.find("the mass matrix of 3000 coordinates as text needs 1.13 GB of memory; 1 GB may be used"),
+      std::string::npos)
+      << run.err;
+}
+
 }  // namespace
 }  // namespace borelli

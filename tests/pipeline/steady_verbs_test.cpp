@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "process/input_file.hpp"
 #include "tests/paths.hpp"
 #include "tests/pipeline/program_run.hpp"
 
@@ -40,6 +41,24 @@ TEST(SteadyVerbs, PendulumHangsDownAndSwingsByItsLength) {
   EXPECT_EQ(level.code, 2);
   EXPECT_NE(level.err.find("pendulum.toml, coordinate 'swing': the state is not steady"), std::string::npos)
       << level.err;
+}
+
+TEST(SteadyVerbs, SayWhatHoldsAtOneTimeOnly) {
+  const TestFolder folder;
+  const std::string upright = folder.write("up.json", R"({"q": [0]})");
+  const ProgramRun modes = run_program("modes " + samples + "kapitza.toml --state " + upright);
+  EXPECT_EQ(modes.code, 2);
+  EXPECT_NE(modes.err.find("changes the equations of motion"), std::string::npos) << modes.err;
+  const std::string scene =
+      folder.write("swing.toml", read_input_file(samples + "pendulum.toml").value_or("") +
+                                     "[[effort]]\nname = 'wave'\nkind = 'force'\n"
+                                     "at = {solid = 'bob', point = [0, 0, -1]}\n"
+                                     "force = [1, 0, 0]\nfactor = {kind = 'sine', angular_frequency = 3}\n");
+  const ProgramRun rest = run_program("equilibrium " + scene + " --json");
+  EXPECT_EQ(rest.code, 0) << rest.err;
+  EXPECT_NE(rest.err.find("warning: the balance is that of t = 0 s: effort 'wave' changes with time"),
+            std::string::npos)
+      << rest.err;
 }
 
 TEST(SteadyVerbs, ExplainsAMissingEquilibrium) {

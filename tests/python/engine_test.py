@@ -57,7 +57,8 @@ class Program(unittest.TestCase):
                 self.assertEqual(theirs["coordinates"], ours.names)
                 for entry, key in [("acceleration",) * 2, ("mass_matrix",) * 2, ("bias",) * 2, ("multipliers",) * 2,
                                    ("generalized_efforts",) * 2, ("constraint_jacobian",) * 2,
-                                   ("constraint_bias",) * 2, ("gravity_centre",) * 2, ("angular_momentum",) * 2]:
+                                   ("constraint_bias",) * 2, ("constraint_position",) * 2, ("constraint_rate",) * 2,
+                                   ("gravity_centre",) * 2, ("angular_momentum",) * 2]:
                     if key in theirs:
                         np.testing.assert_array_equal(getattr(ours, entry), theirs[key], entry)
                 self.assertEqual((ours.kinetic_energy, ours.potential_energy), system.energy(state))
