@@ -23,15 +23,16 @@ struct ConvertAsked {
 
 Result<json> convert(const ConvertAsked& asked, const Command& command) {
   if (auto fine = check_model_ending(asked.output); !fine) return tl::unexpected(fine.error());
-  if (auto fine = check_writable(asked.output, {asked.model}); !fine) return tl::unexpected(fine.error());
+  if (auto fine = check_writable(asked.output); !fine) return tl::unexpected(fine.error());
   const auto model = read_model(command, asked.model, asked.options);
   if (!model) return tl::unexpected(model.error());
   const auto system = compile(model->scene);
   if (!system) return in_file(asked.model, system.error());
   const std::string source = std::filesystem::path(asked.model).filename().string();
-  const auto written = write_model(
-      model->scene, asked.output,
-      {.meshes = {}, .comments = {fmt::format("Converted from {} by borelli " BORELLI_VERSION, source)}});
+  std::vector<std::string> comments{fmt::format("Converted from {} by borelli " BORELLI_VERSION, source)};
+  for (const std::string& warning : command.warnings_in_files()) comments.push_back("Warning: " + warning);
+  const auto written =
+      write_model(model->scene, asked.output, {.meshes = {}, .comments = std::move(comments)});
   if (!written) return tl::unexpected(written.error());
   if (auto done = write_whole(asked.output, written->text); !done) return tl::unexpected(done.error());
   for (const std::string& omission : written->omissions)

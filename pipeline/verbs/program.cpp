@@ -3,6 +3,8 @@
 #include <fmt/core.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
@@ -10,6 +12,8 @@
 #include <filesystem>
 #include <new>
 #include <system_error>
+#include <utility>
+#include <vector>
 
 #include "error/json_text.hpp"
 #include "error/nearest_name.hpp"
@@ -178,16 +182,48 @@ void add_verbs(CLI::App& program, borelli::Command& command) {
   }
 }
 
+// The options that name files or folders to write.
+constexpr std::array output_options{"--output", "--checkpoint", "--video", "--errors", "--powers"};
+
+bool names_output(const CLI::Option& option) {
+  return std::ranges::any_of(output_options, [&](const char* name) { return option.check_lname(name + 2); });
+}
+
 // What the command line gives as files and folders, except outputs.
 std::vector<std::string> inputs_of(const CLI::App& verb) {
   std::vector<std::string> inputs;
   for (const CLI::Option* option : verb.get_options()) {
     const std::string type = option->get_type_name();
     const bool path = option->get_positional() || type.ends_with("FILE") || type.ends_with("FOLDER");
-    if (!path || option->get_name() == "--output") continue;
+    if (!path || names_output(*option)) continue;
     inputs.insert(inputs.end(), option->results().begin(), option->results().end());
   }
   return inputs;
+}
+
+// Whether the command line names no file twice as an output, and none as both input and output.
+borelli::Result<void> check_outputs(const CLI::App& verb, const std::vector<std::string>& inputs) {
+  namespace fs = std::filesystem;
+  const auto same_file = [](const fs::path& a, const fs::path& b) {
+    std::error_code problem;
+    return !fs::is_directory(a, problem) && fs::weakly_canonical(fs::absolute(a, problem), problem) ==
+                                                fs::weakly_canonical(fs::absolute(b, problem), problem);
+  };
+  std::vector<std::pair<std::string, std::string>> outputs;  // option, path
+  for (const CLI::Option* option : verb.get_options())
+    if (names_output(*option))
+      for (const std::string& path : option->results()) outputs.emplace_back(option->get_name(), path);
+  for (auto one = outputs.begin(); one != outputs.end(); ++one) {
+    for (auto other = outputs.begin(); other != one; ++other)
+      if (same_file(one->second, other->second))
+        return borelli::bad_use(
+            one->second,
+            fmt::format("is named for two outputs ({} and {}); name two files", other->first, one->first));
+    for (const std::string& input : inputs)
+      if (same_file(one->second, input))
+        return borelli::bad_use(one->second, "is an input of this command; name another file");
+  }
+  return {};
 }
 
 int run(int argc, char** argv) {
@@ -225,7 +261,8 @@ int run(int argc, char** argv) {
   borelli::set_memory_limit(borelli::bytes_from(max_memory).value_or(borelli::memory_limit()));
   if (command.threads > 0) borelli::all_threads = command.threads;
   command.inputs = inputs_of(*program.get_subcommands().front());
-  const auto answer = command.work(command);
+  const auto apart = check_outputs(*program.get_subcommands().front(), command.inputs);
+  const auto answer = apart ? command.work(command) : tl::unexpected(apart.error());
   for (const std::string& warning : command.warnings()) borelli::say("warning: {}\n", one_line(warning));
   if (!command.json)
     for (const std::string& note : command.notes()) borelli::say("note: {}\n", one_line(note));

@@ -174,19 +174,19 @@ Result<nlohmann::json> work(const SimulateOptions& o, const Command& command) {
     return bad_use(o.output,
                    "ends in '" + ending + "', expected .h5, .hdf5, .csv, .glb, .html, .bvh or .trc");
   if (!o.output.empty()) {
-    if (auto fine = check_writable(o.output, {o.scene}); !fine) return tl::unexpected(fine.error());
+    if (auto fine = check_writable(o.output); !fine) return tl::unexpected(fine.error());
   }
   if (auto fine = check_effect(o.video); !fine) return tl::unexpected(fine.error());
   if (!o.video.file.empty()) {
     if (const auto fine = video_options(o.video); !fine) return tl::unexpected(fine.error());
-    if (auto fine = check_writable(o.video.file, {o.scene}); !fine) return tl::unexpected(fine.error());
+    if (auto fine = check_writable(o.video.file); !fine) return tl::unexpected(fine.error());
   }
   const auto model = read_model(command, o.scene, o.model);
   if (!model) return tl::unexpected(model.error());
   const Scene& scene = model->scene;
   std::optional<CheckpointFile> checkpoint;
   std::optional<UnfinishedRows> unfinished;
-  const auto trajectory = run(o, command, *model, checkpoint, unfinished);
+  auto trajectory = run(o, command, *model, checkpoint, unfinished);
   if (!trajectory) return tl::unexpected(trajectory.error());
 
   const Certificate& certificate = trajectory->certificate;
@@ -200,6 +200,9 @@ Result<nlohmann::json> work(const SimulateOptions& o, const Command& command) {
                     certificate.reason,
                     o.output.empty() && o.video.file.empty() ? "" : "nothing was written; "));
   }
+  const nlohmann::json answer = answer_of(o, *model, *trajectory, !o.output.empty());
+  for (const std::string& warning : command.warnings_in_files())  // the reader of a file sees no terminal
+    trajectory->certificate.notes.push_back("warning: " + warning);
   if (!o.output.empty()) {
     auto settled = scene;
     settled.simulation = settings_of(scene.simulation, o);
@@ -217,7 +220,7 @@ Result<nlohmann::json> work(const SimulateOptions& o, const Command& command) {
   if (!o.video.file.empty())
     if (const auto done = film(o, command, scene, *trajectory); !done) return tl::unexpected(done.error());
   if (checkpoint) checkpoint->remove();
-  return answer_of(o, *model, *trajectory, !o.output.empty());
+  return answer;
 }
 
 }  // namespace

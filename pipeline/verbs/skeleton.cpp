@@ -57,8 +57,7 @@ Result<WrittenModel> written(const SkeletonAsked& asked, const Scene& scene, con
 
 Result<nlohmann::json> work(const SkeletonAsked& asked, const Command& command) {
   if (auto fine = check_model_ending(asked.output); !fine) return tl::unexpected(fine.error());
-  if (auto fine = check_writable(asked.output, {asked.table, asked.landmarks}); !fine)
-    return tl::unexpected(fine.error());
+  if (auto fine = check_writable(asked.output); !fine) return tl::unexpected(fine.error());
   const auto table = read_table(command, asked.table);
   if (!table) return tl::unexpected(table.error());
   const auto given = read_given_landmarks(command, asked.landmarks);

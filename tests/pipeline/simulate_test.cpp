@@ -363,6 +363,20 @@ TEST(Simulate, NeverOverwritesItsInputs) {
   EXPECT_EQ(text_of(json), scene);
 }
 
+TEST(Simulate, NamesNoFileForTwoOutputs) {
+  const TestFolder folder;
+  const std::string scene = folder.write("scene.toml", text_of(samples + "pendulum.toml")),
+                    state = folder.write("state.json", R"({"q": [0.3]})"), out = folder / "out.h5";
+  expect_refused("simulate " + scene + " -o " + out + " --checkpoint " + (folder / "./out.h5").string(), 2,
+                 "is named for two outputs (--output and --checkpoint)", folder, 2);
+  expect_refused("simulate " + scene + " --checkpoint " + scene, 2, "is an input of this command", folder, 2);
+  expect_refused("equilibrium " + scene + " --state " + state + " -o " + state, 2,
+                 "is an input of this command", folder, 2);
+  for (const std::string verb :
+       {"ik MODEL --motion W.trc -o e.mot --errors ", "id MODEL --motion W.mot -o e.mot --powers "})
+    expect_refused(verb + "./e.mot", 2, "is named for two outputs", folder, 2);
+}
+
 TEST(Simulate, OptionsWithoutEffectAreRefused) {
   const TestFolder folder;
   const std::string command = "simulate " + samples + "pendulum.toml --end 1 ";

@@ -186,6 +186,26 @@ TEST(WarningsOfScenes, UnmodelledElementsAreInEveryVerbsAnswer) {
   }
 }
 
+TEST(WarningsOfScenes, AreInTheFilesOfASimulationAndAConversion) {
+  const TestFolder folder;
+  const std::string file =
+      folder.write("arm.xml",
+                   "<mujoco><worldbody><body name='arm'><joint name='hinge' axis='0 1 0' frictionloss='2'/>"
+                   "<geom type='capsule' fromto='0 0 0 0 0 -1' size='.05'/></body></worldbody></mujoco>");
+  const std::string said = "frictionloss of <joint>";
+  for (const std::string name : {"motion.html", "motion.h5"})
+    EXPECT_EQ(run_program("simulate --end 0.1 " + file + " -o " + (folder / name).string()).code, 0) << name;
+  for (const std::string name : {"arm.toml", "arm.osim", "arm.urdf", "copy.xml"})
+    EXPECT_EQ(run_program("convert " + file + " -o " + (folder / name).string()).code, 0) << name;
+  EXPECT_NE(run_program("info " + (folder / "motion.h5").string()).out.find(said), std::string::npos);
+  for (const std::string name : {"motion.html", "arm.toml", "arm.osim", "arm.urdf", "copy.xml"}) {
+    const std::string text = read_input_file(folder / name).value_or("");
+    EXPECT_TRUE(text.find(said) != text.npos || text.find("frictionloss of \\u003cjoint") != text.npos)
+        << name;
+    EXPECT_EQ(text.find(folder.path().string()), text.npos) << name;
+  }
+}
+
 TEST(WarningsOfScenes, AppearOnTheirPages) {
   const TestFolder folder;
   const std::string file =
