@@ -92,7 +92,11 @@ Result<ClassLabels> read_classes(const std::string& path, const std::string& nam
                                  const Progress& progress) {
   auto rules = class_mapping(mapping);
   if (!rules) return tl::unexpected(rules.error());
-  auto labels = read_numbered_labels(path, names, progress);
+  const auto is_used = [&](std::int64_t number, const std::string& name, const auto& others) {
+    return rules->find(number, name) ||
+           std::ranges::any_of(others, [&](const std::string& other) { return rules->find(-1, other); });
+  };
+  auto labels = read_numbered_labels(path, names, progress, is_used);
   if (!labels) return tl::unexpected(labels.error());
   std::vector<std::string> warnings;
   const bool ready = std::ranges::find(ready_mappings, mapping) != std::end(ready_mappings);

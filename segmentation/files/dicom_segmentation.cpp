@@ -198,16 +198,20 @@ bool is_dicom_file(const std::string& path) {
   return elements && *elements;
 }
 
-Result<DicomSegmentation> read_dicom_segmentation(
-    const std::string& path, const std::function<Result<void>(const Grid&)>& accept) try {
+Result<DicomSegmentation> read_dicom_segmentation(const std::string& path,
+                                                  const std::function<Result<void>(const Grid&)>& accept,
+                                                  const IsUsed& is_used,
+                                                  const std::map<std::int64_t, std::string>* names) try {
   const auto header = read_segmentation_header(path);
   if (!header) return tl::unexpected(header.error());
   DicomSegmentation out;
+  SegmentOverlaps overlaps;
   if (accept)
     if (auto fine = accept(header->grid); !fine) return tl::unexpected(fine.error());
   out.grid = header->grid;
   const DicomElements& elements = header->elements;
-  if (const auto list = elements.sequences.find(0x00620002); list != elements.sequences.end())
+  if (names) out.names = *names;
+  if (const auto list = elements.sequences.find(0x00620002); !names && list != elements.sequences.end())
     for (const DicomItem& segment : list->second)
       if (const auto number = segment.number(0x00620004)) {
         out.names[*number] = segment.text(0x00620005);
@@ -216,6 +220,12 @@ Result<DicomSegmentation> read_dicom_segmentation(
           others.push_back(std::move(coded));
         if (!others.empty()) out.other_names[*number] = std::move(others);
       }
+  for (const auto& [number, name] : out.names) {
+    const auto others = out.other_names.find(number);
+    const std::vector<std::string> none;
+    overlaps.add(number, name,
+                 is_used && is_used(number, name, others == out.other_names.end() ? none : others->second));
+  }
 
   const bool binary = header->binary(), labels = header->labels();
   const std::size_t area = static_cast<std::size_t>(out.grid.size[0] * out.grid.size[1]);
@@ -232,6 +242,9 @@ Result<DicomSegmentation> read_dicom_segmentation(
   out.numbers.assign(out.grid.count(), 0);
   std::vector<float> best(binary || labels ? 0 : out.numbers.size(), 0);
   std::vector<std::int32_t> values(std::min(at_once, header->frames.size()) * area);
+  const auto claimed = [&](std::uint16_t held, std::uint16_t number) {
+    return static_cast<std::uint16_t>(overlaps.winner(held, number));
+  };
   DicomBytes file;
   for (std::size_t n = 0; n < header->frames.size(); ++n) {
     const Frame& frame = header->frames[n];
@@ -251,20 +264,28 @@ Result<DicomSegmentation> read_dicom_segmentation(
     const auto number = static_cast<std::uint16_t>(frame.segment);
     for (std::size_t o = 0; o < area; ++o) {
       const std::int32_t value = own[o];
+      std::uint16_t& own_number = out.numbers[at + o];
       if (labels) {
         if (value < 0 || value > 65535)
           return failure(header->path,
                          fmt::format("contains the segment number {}; expected 0 to 65535", value));
-        if (value != 0) out.numbers[at + o] = static_cast<std::uint16_t>(value);
+        if (value != 0) own_number = static_cast<std::uint16_t>(value);
       } else if (binary) {
-        if (value != 0) out.numbers[at + o] = std::max(out.numbers[at + o], number);
-      } else if (const auto share = static_cast<float>(value / most);
-                 share >= 0.5F &&
-                 (share > best[at + o] || (share == best[at + o] && number > out.numbers[at + o]))) {
-        out.numbers[at + o] = number, best[at + o] = share;
+        if (value != 0) own_number = claimed(own_number, number);
+      } else if (const auto share = static_cast<float>(value / most); share >= 0.5F) {
+        float& largest = best[at + o];
+        if (own_number == 0 || share == largest || overlaps.used(own_number) != overlaps.used(number))
+          own_number = claimed(own_number, number);
+        else if (share > largest)
+          own_number = claimed(0, number);
+        if (own_number == number) largest = share;
       }
     }
   }
+  auto told = overlaps.warnings(header->path);
+  if (!told) return tl::unexpected(told.error());
+  out.warnings = std::move(*told);
+  for (const auto number : overlaps.emptied()) out.names.erase(number);
   return out;
 } catch (const std::bad_alloc&) {
   return failure(path, "contains a segmentation that does not fit into memory; allow more with --max-memory");

@@ -22,6 +22,7 @@
 #include "segmentation/files/mask_folder.hpp"
 #include "segmentation/files/plausibility.hpp"
 #include "segmentation/files/read.hpp"
+#include "segmentation/files/segment_overlaps.hpp"
 #include "segmentation/vocabulary/parts.hpp"
 
 namespace borelli {
@@ -200,9 +201,9 @@ std::vector<std::int64_t> segment_numbers(const ImageHeader& header) {
   return numbers;
 }
 
-// Merges layers: where segments overlap, the later one gets the voxel, as in 3D Slicer.
+// Merges layers. `overlaps` knows the segments, numbered from 1 in their order.
 StoredVoxels flatten(const StoredVoxels& stored, ImageHeader& header,
-                     const std::vector<std::int64_t>& numbers) {
+                     const std::vector<std::int64_t>& numbers, SegmentOverlaps& overlaps) {
   const auto layers = static_cast<std::size_t>(header.layers), count = header.grid.count();
   StoredVoxels flat{Scalar::i32, count, std::vector<std::int16_t>(2 * count, 0)};
   std::map<std::pair<std::int64_t, std::int64_t>, std::size_t> segment_of;  // by layer and value
@@ -210,7 +211,7 @@ StoredVoxels flatten(const StoredVoxels& stored, ImageHeader& header,
     segment_of[{header.segments[n].layer, header.segments[n].value}] = n;
   with_scalar(stored.scalar, [&]<class T>(T) {
     for (std::size_t o = 0; o < count; ++o) {
-      std::size_t top = 0;
+      std::int64_t top = 0;
       for (std::size_t layer = 0; layer < layers; ++layer) {
         T value;
         const std::size_t at = header.layers_interleaved ? o * layers + layer : layer * count + o;
@@ -219,9 +220,9 @@ StoredVoxels flatten(const StoredVoxels& stored, ImageHeader& header,
         if (!(number >= 1 && number <= 1e9)) continue;
         const auto it =
             segment_of.find({static_cast<std::int64_t>(layer), static_cast<std::int64_t>(number)});
-        if (it != segment_of.end()) top = std::max(top, it->second + 1);
+        if (it != segment_of.end()) top = overlaps.winner(top, static_cast<std::int64_t>(it->second) + 1);
       }
-      const std::int32_t number = top > 0 ? static_cast<std::int32_t>(numbers[top - 1]) : 0;
+      const auto number = top > 0 ? static_cast<std::int32_t>(numbers[static_cast<std::size_t>(top) - 1]) : 0;
       std::memcpy(reinterpret_cast<std::byte*>(flat.storage.data()) + o * sizeof number, &number,
                   sizeof number);
     }
@@ -278,48 +279,74 @@ void fill_labels(const StoredVoxels& voxels, ImageHeader& header,
   }
 }
 
-Result<Read> read_file(const std::string& path, const std::string& names, const Progress& progress,
-                       bool as_parts, const Grid* scan = nullptr) {
-  Result<ImageHeader> header;
-  std::optional<DicomSegmentation> dicom;
-  std::optional<MaskFolder> masks;
-  std::error_code trouble;
-  const bool folder = std::filesystem::is_directory(path, trouble);
-  const auto accept = [&](const Grid& grid) { return check_lattice(path, grid, scan); };
-  if (folder && !masks_in(path).empty()) {
-    auto read = read_mask_folder(path, accept, progress);
-    if (!read) return tl::unexpected(read.error());
-    masks = std::move(*read);
-    header->grid = masks->grid, header->scalar = Scalar::u8, header->warnings = std::move(masks->warnings);
-  } else if (folder || is_dicom_file(path)) {
-    auto read = read_dicom_segmentation(path, accept);
-    if (!read) return tl::unexpected(read.error());
-    dicom = std::move(*read);
-    header->grid = dicom->grid, header->scalar = Scalar::u16;
-  } else {
-    header = read_image_header(path);
+// Takes the segments of a file, and merges their layers.
+Result<void> take_segments(const std::string& path, bool named_by_table, bool as_parts, const IsUsed& is_used,
+                           ImageHeader& header, StoredVoxels& voxels, Read& out) {
+  const auto numbers = segment_numbers(header);
+  SegmentOverlaps overlaps;
+  for (std::size_t n = 0; n < numbers.size(); ++n) {
+    if (!named_by_table) take_names(header.segments[n], numbers[n], as_parts, out);
+    const auto name = out.names.find(numbers[n]);
+    const std::string own = name == out.names.end() ? "" : name->second;
+    overlaps.add(static_cast<std::int64_t>(n) + 1, own,
+                 is_used && is_used(numbers[n], own, header.segments[n].other_names));
   }
-  if (!header) return tl::unexpected(header.error());
-  if (auto fine = check_lattice(path, header->grid, scan); !fine) return tl::unexpected(fine.error());
+  if (header.layers > 1) voxels = flatten(voxels, header, numbers, overlaps);
+  auto told = overlaps.warnings(path);
+  if (!told) return tl::unexpected(told.error());
+  header.warnings.insert(header.warnings.end(), told->begin(), told->end());
+  for (const auto segment : overlaps.emptied())
+    out.names.erase(numbers[static_cast<std::size_t>(segment) - 1]);
+  return {};
+}
 
-  Read out;
-  std::string table = names;
+bool is_part(std::int64_t, const std::string& name, const std::vector<std::string>&) {
+  return part_label(name) > 0;
+}
+
+Result<Read> read_file(const std::string& path, const std::string& names, const Progress& progress,
+                       bool as_parts, const IsUsed& is_used, const Grid* scan = nullptr) {
   std::error_code ignored;
-  if (masks && !names.empty())
+  const bool is_folder = std::filesystem::is_directory(path, ignored);
+  const bool of_masks = is_folder && !masks_in(path).empty();
+  const bool of_dicom = !of_masks && (is_folder || is_dicom_file(path));
+  if (of_masks && !names.empty())
     return bad_use(
         names,
         "does not apply to a folder of masks, where the file names are the names; leave out --label-names");
-  const bool names_itself = masks || dicom;  // a table beside it is another file's
-  if (table.empty() && !names_itself && std::filesystem::exists(names_file(path), ignored))
+  Read out;
+  std::string table = names;
+  // (a table beside DICOM or masks is another file's)
+  if (table.empty() && !of_masks && !of_dicom && std::filesystem::exists(names_file(path), ignored))
     table = names_file(path);
   if (!table.empty()) {
     auto read = read_names(table);
     if (!read) return tl::unexpected(read.error());
     out.names = std::move(*read);
   }
-  if (dicom && table.empty()) out.names = dicom->names;
-  if (dicom && table.empty()) out.other_names = dicom->other_names;
-  if (masks) out.names = masks->names;
+
+  Result<ImageHeader> header;
+  std::optional<DicomSegmentation> dicom;
+  std::optional<MaskFolder> masks;
+  const auto accept = [&](const Grid& grid) { return check_lattice(path, grid, scan); };
+  if (of_masks) {
+    auto read = read_mask_folder(path, accept, is_used, progress);
+    if (!read) return tl::unexpected(read.error());
+    masks = std::move(*read);
+    header->grid = masks->grid, header->scalar = Scalar::u8, header->warnings = std::move(masks->warnings);
+    out.names = masks->names;
+  } else if (of_dicom) {
+    auto read = read_dicom_segmentation(path, accept, is_used, table.empty() ? nullptr : &out.names);
+    if (!read) return tl::unexpected(read.error());
+    dicom = std::move(*read);
+    header->grid = dicom->grid, header->scalar = Scalar::u16, header->warnings = std::move(dicom->warnings);
+    out.names = dicom->names, out.other_names = dicom->other_names;
+  } else {
+    header = read_image_header(path);
+  }
+  if (!header) return tl::unexpected(header.error());
+  if (auto fine = check_lattice(path, header->grid, scan); !fine) return tl::unexpected(fine.error());
+
   auto voxels = masks   ? Result<StoredVoxels>(std::move(masks->voxels))
                 : dicom ? stored(dicom->numbers)
                         : load_voxels(*header, progress);
@@ -329,13 +356,9 @@ Result<Read> read_file(const std::string& path, const std::string& names, const 
           admit_memory(path, "its label map", bytes_a_voxel * static_cast<double>(header->grid.count()));
       !fits)
     return tl::unexpected(fits.error());
-  if (!header->segments.empty()) {
-    const auto segment_number = segment_numbers(*header);
-    if (table.empty())
-      for (std::size_t n = 0; n < segment_number.size(); ++n)
-        take_names(header->segments[n], segment_number[n], as_parts, out);
-    if (header->layers > 1) *voxels = flatten(*voxels, *header, segment_number);
-  }
+  if (!header->segments.empty())
+    if (auto taken = take_segments(path, !table.empty(), as_parts, is_used, *header, *voxels, out); !taken)
+      return tl::unexpected(taken.error());
   const auto numbers = label_numbers(path, *voxels, *header, header->warnings);
   if (!numbers) return tl::unexpected(numbers.error());
   const auto labels = assign_labels(path, *numbers, out.names, as_parts);
@@ -349,7 +372,7 @@ Result<Read> read_file(const std::string& path, const std::string& names, const 
 
 Result<LabelMap> read_labels(const std::string& path, const std::string& names, const Progress& progress,
                              const Grid* scan) {
-  auto read = read_file(path, names, progress, true, scan);
+  auto read = read_file(path, names, progress, true, is_part, scan);
   if (!read) return tl::unexpected(read.error());
   LabelMap& map = read->labels.map;
   for (std::size_t label = 1; label < map.names.size(); ++label)
@@ -369,8 +392,8 @@ Result<LabelMap> read_labels(const std::string& path, const std::string& names, 
 }
 
 Result<NumberedLabels> read_numbered_labels(const std::string& path, const std::string& names,
-                                            const Progress& progress) {
-  auto read = read_file(path, names, progress, false);
+                                            const Progress& progress, const IsUsed& is_used) {
+  auto read = read_file(path, names, progress, false, is_used);
   if (!read) return tl::unexpected(read.error());
   return std::move(read->labels);
 }

@@ -3,7 +3,6 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <array>
 #include <cstring>
 #include <filesystem>
 #include <new>
@@ -25,16 +24,10 @@ std::string class_in(const fs::path& file) {
   return named.format ? name.substr(0, name.size() - named.ending.size()) : "";
 }
 
-// voxel counts of the mask being added to the map
-struct LaidMask {
-  std::int64_t voxels = 0;
-  std::array<std::int64_t, 256> on{};  // its voxels that are already taken, by number
-};
-
-// Adds a mask to the map: its free voxels get `number`. A mask has one value beside 0.
-Result<LaidMask> lay(const std::string& file, const StoredVoxels& mask, const ImageHeader& header,
-                     std::uint8_t number, std::uint8_t* map) {
-  LaidMask laid;
+// Adds a mask to the map as `number`. Answers its voxels. A mask has one value beside 0.
+Result<std::size_t> lay(const std::string& file, const StoredVoxels& mask, const ImageHeader& header,
+                        std::uint8_t number, SegmentOverlaps& overlaps, std::uint8_t* map) {
+  std::size_t voxels = 0;
   double inside = 0, second = 0;
   with_scalar(mask.scalar, [&]<class T>(T) {
     const std::byte* at = mask.bytes();
@@ -51,18 +44,15 @@ Result<LaidMask> lay(const std::string& file, const StoredVoxels& mask, const Im
         before = stored;
       }
       if (!is_set) continue;
-      ++laid.voxels;
-      if (map[o])
-        ++laid.on[map[o]];
-      else
-        map[o] = number;
+      ++voxels;
+      map[o] = static_cast<std::uint8_t>(overlaps.winner(map[o], number));
     }
   });
   if (second != 0 || inside != inside)
     return bad_use(file, fmt::format("is not a mask: besides 0 it contains {} and {}; a mask has one value, "
                                      "and each file of the folder must be the mask of one class",
                                      inside, second));
-  return laid;
+  return voxels;
 }
 
 }  // namespace
@@ -78,16 +68,13 @@ std::vector<std::string> masks_in(const std::string& folder) {
 
 Result<MaskFolder> read_mask_folder(const std::string& folder,
                                     const std::function<Result<void>(const Grid&)>& accept,
-                                    const Progress& progress) try {
-  constexpr double most_overlap = 0.05;  // of the smaller
+                                    const IsUsed& is_used, const Progress& progress) try {
   const auto files = masks_in(folder);
   if (files.empty()) return bad_use(folder, "contains no mask");
   MaskFolder out;
   std::uint8_t* map = nullptr;
   std::map<std::string, std::string> seen;
-  std::vector<std::int64_t> voxels{0};
-  std::int64_t shared = 0;
-  std::string sharing;
+  SegmentOverlaps overlaps;
   for (std::size_t n = 0; n < files.size(); ++n) {
     const std::string& file = files[n];
     const std::string name = class_in(file);
@@ -113,33 +100,20 @@ Result<MaskFolder> read_mask_folder(const std::string& folder,
     }
     const auto mask = load_voxels(*header);
     if (!mask) return tl::unexpected(mask.error());
-    const std::size_t number = std::min<std::size_t>(voxels.size(), 255);
-    const auto laid = lay(file, *mask, *header, static_cast<std::uint8_t>(number), map);
+    const auto number = std::min(std::ssize(out.names) + 1, std::ptrdiff_t{255});
+    overlaps.add(number, name, is_used && is_used(number, name, {}));
+    const auto laid = lay(file, *mask, *header, static_cast<std::uint8_t>(number), overlaps, map);
     if (!laid) return tl::unexpected(laid.error());
     if (progress) progress(static_cast<double>(n + 1) / static_cast<double>(files.size()));
-    if (laid->voxels == 0) continue;
-    if (voxels.size() > 255) return bad_use(folder, "contains more than 255 masks with voxels");
-    for (std::size_t other = 1; other < voxels.size(); ++other) {
-      if (laid->on[other] == 0) continue;
-      const double share =
-          static_cast<double>(laid->on[other]) / static_cast<double>(std::min(laid->voxels, voxels[other]));
-      const std::string& theirs = out.names[static_cast<std::int64_t>(other)];
-      if (share > most_overlap)
-        return bad_use(
-            folder,
-            fmt::format(
-                "contains masks that overlap: {} and {} by {:.0f} % of the smaller one; remove one of them",
-                theirs, name, 100 * share));
-      if (shared == 0) sharing = theirs + " and " + name;
-      shared += laid->on[other];
-    }
-    voxels.push_back(laid->voxels);
-    out.names[static_cast<std::int64_t>(number)] = name;
+    if (*laid == 0) continue;
+    if (out.names.size() == 255) return bad_use(folder, "contains more than 255 masks with voxels");
+    out.names[number] = name;
   }
   if (out.names.empty()) return bad_use(folder, "contains only masks without voxels");
-  if (shared > 0)
-    out.warnings.push_back(fmt::format(
-        "{} voxels are in two masks ({}); they were given to the first by name", shared, sharing));
+  auto told = overlaps.warnings(folder);
+  if (!told) return tl::unexpected(told.error());
+  out.warnings = std::move(*told);
+  for (const auto number : overlaps.emptied()) out.names.erase(number);
   return out;
 } catch (const std::bad_alloc&) {
   return out_of_memory(folder, "its label map");

@@ -10,6 +10,7 @@
 
 #include "error/error.hpp"
 #include "segmentation/files/image_file.hpp"
+#include "segmentation/files/segment_overlaps.hpp"
 #include "segmentation/volume/volume.hpp"
 
 namespace borelli {
@@ -25,13 +26,12 @@ struct MaskFolder {
 /// subfolders are ignored.
 std::vector<std::string> masks_in(const std::string& folder);
 
-/// Reads the masks, one at a time. Empty masks are left out. In a small overlap of two masks the first by
-/// name gets the voxel, with a warning. `accept` checks the grid before a voxel is read; its error is passed
-/// on. Errors: no mask, or all empty; masks on different grids, with several values or layers, or overlapping
-/// by more than a twentieth of the smaller; two with the same name; more than 255 that are not empty; too
-/// large for memory.
+/// Reads the masks, one at a time, in name order. Empty masks are left out. SegmentOverlaps decides on voxels
+/// in several masks. `accept` checks the grid before a voxel is read; its error is passed on. Errors: no mask,
+/// or all empty; masks on different grids, with several values or layers; those of SegmentOverlaps; two with
+/// the same name; more than 255 that are not empty; too large for memory.
 Result<MaskFolder> read_mask_folder(const std::string& folder,
                                     const std::function<Result<void>(const Grid&)>& accept = {},
-                                    const Progress& progress = {});
+                                    const IsUsed& is_used = {}, const Progress& progress = {});
 
 }  // namespace borelli

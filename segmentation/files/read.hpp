@@ -10,6 +10,7 @@
 
 #include "error/error.hpp"
 #include "segmentation/files/quantity.hpp"
+#include "segmentation/files/segment_overlaps.hpp"
 #include "segmentation/volume/volume.hpp"
 
 namespace borelli {
@@ -47,7 +48,7 @@ Result<ScannedVolume> read_volume(const std::string& path, const ReadOptions& op
 /// are rounded. With `scan`, the labels are returned on that grid; the file may cover a part of it or store
 /// its axes in another order. Doubts go to the map's `warnings`. Errors: as read_volume; values that are not
 /// whole numbers from 0; more than 255 labels; a damaged TSV; voxels that do not coincide with the scan's
-/// (checked before any is read).
+/// (checked before any is read). Where segments overlap, parts keep their voxels (segment_overlaps.hpp).
 Result<LabelMap> read_labels(const std::string& path, const std::string& names = "",
                              const Progress& progress = {}, const Grid* scan = nullptr);
 
@@ -59,9 +60,10 @@ struct NumberedLabels {
   std::map<std::uint8_t, std::vector<std::string>> other_names;
 };
 
-/// Reads the same file as another program's classes, see class_labels.hpp. Errors: as read_labels.
+/// Reads the same file as another program's classes, see class_labels.hpp. `is_used` as for SegmentOverlaps.
+/// Errors: as read_labels.
 Result<NumberedLabels> read_numbered_labels(const std::string& path, const std::string& names = "",
-                                            const Progress& progress = {});
+                                            const Progress& progress = {}, const IsUsed& is_used = {});
 
 /// The TSV that belongs to a label map: its name with the extension replaced by .tsv.
 std::string names_file(const std::string& path);

@@ -186,7 +186,7 @@ TEST(LabelFile, TerminologyOf3dSlicerGivesTheClass) {
       "Segment3_Tags:=" +
       tags("SCT^64033007^Kidney", "SCT^24028007^Right") + "\n\n";
   std::vector<char> bytes(text.begin(), text.end());
-  for (const char v : {0, 0, 1, 0, 2, 0, 0, 1, 0, 2, 1, 1})
+  for (const char v : {0, 0, 1, 0, 2, 0, 0, 1, 0, 2, 0, 1})
     bytes.push_back(v);  // a voxel's layers side by side
   put_bytes(folder / "a.seg.nrrd", bytes);
   const auto classes = read_classes(folder / "a.seg.nrrd", "", "totalsegmentator");
