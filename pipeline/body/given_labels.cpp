@@ -23,7 +23,9 @@ Segmentation segmentation_of(LabelMap labels, Landmarks landmarks, const GreyVol
     part.confidence = 1;
     if (voxels[label] == 0) continue;
     part.coverage = cut[label] ? Coverage::cut : Coverage::whole;
-    if (cut[label]) part.note = "reaches the edge of the scan";
+    if (cut[label])
+      part.note = found.labels.labelled ? "reaches the edge of the scan or of the label map"
+                                        : "reaches the edge of the scan";
   }
   warn_of_parts(found);
   return found;

@@ -13,7 +13,7 @@ namespace borelli {
 
 namespace {
 
-struct IndexBox {
+struct ShownBox {
   Eigen::Vector3d low = Eigen::Vector3d::Constant(1e300), high = -low;
   void hold(const Eigen::Vector3d& point) {
     low = low.cwiseMin(point);
@@ -22,8 +22,8 @@ struct IndexBox {
 };
 
 /// The patient box around an index box extended by half a voxel.
-IndexBox box_of_indices(const Grid& grid, const Eigen::Vector3d& first, const Eigen::Vector3d& last) {
-  IndexBox box;
+ShownBox box_of_indices(const Grid& grid, const Eigen::Vector3d& first, const Eigen::Vector3d& last) {
+  ShownBox box;
   for (int corner = 0; corner < 8; ++corner) {
     Eigen::Vector3d index;
     for (int c = 0; c < 3; ++c) index[c] = corner >> c & 1 ? last[c] + 0.5 : first[c] - 0.5;
@@ -32,18 +32,18 @@ IndexBox box_of_indices(const Grid& grid, const Eigen::Vector3d& first, const Ei
   return box;
 }
 
-IndexBox whole_box(const Grid& grid) {
+ShownBox whole_box(const Grid& grid) {
   const Eigen::Vector3d last(static_cast<double>(grid.size[0] - 1), static_cast<double>(grid.size[1] - 1),
                              static_cast<double>(grid.size[2] - 1));
   return box_of_indices(grid, Eigen::Vector3d::Zero(), last);
 }
 
-IndexBox box_to_show(const GreyVolume* grey, const LabelMap* labels) {
+ShownBox box_to_show(const GreyVolume* grey, const LabelMap* labels) {
   constexpr double margin = 30;  // mm
-  const IndexBox whole = whole_box(grey ? grey->grid : labels->grid);
+  const ShownBox whole = whole_box(grey ? grey->grid : labels->grid);
   if (!labels) return whole;
   const Grid& grid = labels->grid;
-  IndexBox used;
+  ShownBox used;
   std::size_t at = 0;
   for (std::int64_t k = 0; k < grid.size[2]; ++k)
     for (std::int64_t j = 0; j < grid.size[1]; ++j) {
@@ -60,7 +60,7 @@ IndexBox box_to_show(const GreyVolume* grey, const LabelMap* labels) {
       used.hold({static_cast<double>(back - row), y, z});
     }
   if (used.low[0] > used.high[0]) return whole;
-  IndexBox box = box_of_indices(grid, used.low, used.high);
+  ShownBox box = box_of_indices(grid, used.low, used.high);
   box.low = (box.low.array() - margin).matrix().cwiseMax(whole.low);
   box.high = (box.high.array() + margin).matrix().cwiseMin(whole.high);
   return box;
@@ -189,7 +189,7 @@ void fill_labels(Thumbnail& copy, const LabelMap& labels, std::int64_t first, st
 
 Thumbnail thumbnail(const GreyVolume* grey, const LabelMap* labels, std::size_t most_voxels, int threads) {
   const Grid& grid = grey ? grey->grid : labels->grid;
-  const IndexBox box = box_to_show(grey, labels);
+  const ShownBox box = box_to_show(grey, labels);
   const Eigen::Vector3d extent = box.high - box.low;
   Thumbnail copy;
   copy.spacing =

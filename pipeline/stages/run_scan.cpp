@@ -151,16 +151,16 @@ Result<json> use_given_labels(RunData& data, const StageProgress& progress) {
   }
   Landmarks landmarks;
   put_given(given.all(), landmarks);
+  const auto weighed = data.weighed();
+  if (!weighed) return tl::unexpected(weighed.error());
   Segmentation found =
-      segmentation_of(std::move(*labels), std::move(landmarks), (*scan)->volume, data.settings.threads);
+      segmentation_of(std::move(*labels), std::move(landmarks), **weighed, data.settings.threads);
   add_reader_warnings((*scan)->warnings, (*scan)->volume.grid, found);
   add_warnings(found.warnings, WarningKind::landmark, Severity::note, given.warnings);
   add_warnings(found.warnings, WarningKind::labels, Severity::note, label_warnings);
   add_warnings(found.warnings, WarningKind::labels, Severity::doubt, {sides});
   add_warnings(found.warnings, WarningKind::labels, Severity::doubt,
                {doubt_of_frames(data.settings.volume, data.settings.labels)});
-  const auto weighed = data.weighed();
-  if (!weighed) return tl::unexpected(weighed.error());
   const LabelsInAir air = labels_in_air(**weighed, found.labels, data.settings.threads);
   doubt_what_is_air(air, found);
   add_warnings(found.warnings, WarningKind::labels, Severity::doubt, {in_words(air, found.labels)});

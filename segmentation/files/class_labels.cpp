@@ -104,6 +104,9 @@ Result<ClassLabels> read_classes(const std::string& path, const std::string& nam
                                    [](const std::string& name) { return name.empty() || name == "outside"; }))
     rules = fitting_mapping(path, mapping, places_of(*labels, scan), warnings);
   if (!rules) return tl::unexpected(rules.error());
+  if (scan)
+    if (auto said = in_words(labels_beyond(labels->map, scan->grid), labels->map); !said.empty())
+      labels->map.warnings.push_back(std::move(said));
   auto map = class_labels(path, std::move(*labels), *rules);
   if (map) map->warnings.insert(map->warnings.begin(), warnings.begin(), warnings.end());
   return map;
@@ -135,6 +138,42 @@ bool same_lattice(const Grid& a, const Grid& b) {
   const Eigen::Matrix3d turn = (b.axes.inverse() * a.axes).array().round();
   return (turn * turn.transpose()).isIdentity() &&
          apart(a, b, turn, b.index(a.origin).array().round().matrix()) <= 0.01;
+}
+
+std::map<std::uint8_t, double> labels_beyond(const LabelMap& labels, const Grid& grid) {
+  if (same_grid(labels.grid, grid)) return {};
+  std::array<std::size_t, 256> all{}, outside{};
+  const Eigen::Matrix3d to_index = grid.axes.inverse();
+  const Grid& own = labels.grid;
+  for (std::int64_t k = 0; k < own.size[2]; ++k)
+    for (std::int64_t j = 0; j < own.size[1]; ++j)
+      for (std::int64_t i = 0; i < own.size[0]; ++i) {
+        const auto label = labels.at(i, j, k);
+        if (label == 0) continue;
+        const Eigen::Vector3d at = to_index * (own.point(i, j, k) - grid.origin);
+        ++all[label];
+        outside[label] += !grid.holds(std::lround(at[0]), std::lround(at[1]), std::lround(at[2]));
+      }
+  std::map<std::uint8_t, double> beyond;
+  for (std::size_t label = 1; label < all.size(); ++label)
+    if (outside[label] > 0)
+      beyond[static_cast<std::uint8_t>(label)] =
+          static_cast<double>(outside[label]) / static_cast<double>(all[label]);
+  return beyond;
+}
+
+std::string in_words(const std::map<std::uint8_t, double>& beyond, const LabelMap& labels) {
+  if (beyond.empty()) return "";
+  std::vector<std::pair<double, std::uint8_t>> most_first;
+  for (const auto& [label, share] : beyond) most_first.emplace_back(-share, label);
+  std::ranges::sort(most_first);
+  std::vector<std::string> which;
+  for (const auto& [share, label] : most_first) {
+    const std::string& name = labels.names[label];
+    which.push_back(
+        fmt::format("{} {:.3g} %", name.empty() ? fmt::format("label {}", label) : name, -100 * share));
+  }
+  return "voxels outside the scan were left out: " + listed(which);
 }
 
 LabelMap labels_on(const LabelMap& labels, const Grid& grid, int threads) {

@@ -2,6 +2,8 @@
 // bare CT numbers.
 #pragma once
 
+#include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -36,6 +38,11 @@ Result<ClassLabels> read_classes(const std::string& path, const std::string& nam
 /// fits a map to its scan if it was cropped to its segments, as 3D Slicer saves it, or has another
 /// resolution.
 LabelMap labels_on(const LabelMap& labels, const Grid& grid, int threads = 0);
+
+/// The labels that have voxels outside `grid`, with the share of each that lies there, 0 to 1.
+std::map<std::uint8_t, double> labels_beyond(const LabelMap& labels, const Grid& grid);
+/// One sentence about them; "" if there are none.
+std::string in_words(const std::map<std::uint8_t, double>& beyond, const LabelMap& labels);
 
 /// True if the voxels of `a` lie on voxels of `b`. `b` may be larger, and its axes may have another order or
 /// direction: `a` is a map cropped to its segments, or saved in another orientation.

@@ -370,6 +370,42 @@ Result<Read> read_file(const std::string& path, const std::string& names, const 
 
 }  // namespace
 
+namespace {
+
+// Whether the map was cropped to its labels, as 3D Slicer saves it: they touch all six faces. Such an edge
+// cuts no label.
+bool is_cropped(const LabelMap& map) {
+  IndexBox box{map.grid.size, {-1, -1, -1}};
+  for (std::int64_t k = 0; k < map.grid.size[2]; ++k)
+    for (std::int64_t j = 0; j < map.grid.size[1]; ++j)
+      for (std::int64_t i = 0; i < map.grid.size[0]; ++i)
+        if (map.at(i, j, k))
+          for (const auto& [c, n] : {std::pair{std::size_t{0}, i}, {1, j}, {2, k}})
+            box.first[c] = std::min(box.first[c], n), box.last[c] = std::max(box.last[c], n);
+  for (std::size_t c = 0; c < 3; ++c)
+    if (box.first[c] > 0 || box.last[c] + 1 < map.grid.size[c]) return false;
+  return true;
+}
+
+// The voxels of `scan` that a grid of the same lattice covers; none if these are all.
+std::optional<IndexBox> covered_box(const Grid& labels, const Grid& scan) {
+  const Eigen::Vector3d a = scan.index(labels.origin),
+                        b = scan.index(
+                            labels.point(labels.size[0] - 1, labels.size[1] - 1, labels.size[2] - 1));
+  IndexBox box;
+  bool all = true;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const auto n = static_cast<Eigen::Index>(c);
+    const auto [low, high] = std::minmax({std::lround(a[n]), std::lround(b[n])});
+    box.first[c] = std::max<std::int64_t>(low, 0),
+    box.last[c] = std::min<std::int64_t>(high, scan.size[c] - 1);
+    all = all && low <= 0 && high >= scan.size[c] - 1;
+  }
+  return all ? std::nullopt : std::optional(box);
+}
+
+}  // namespace
+
 Result<LabelMap> read_labels(const std::string& path, const std::string& names, const Progress& progress,
                              const Grid* scan) {
   auto read = read_file(path, names, progress, true, is_part, scan);
@@ -384,6 +420,10 @@ Result<LabelMap> read_labels(const std::string& path, const std::string& names, 
     return tl::unexpected(fits.error());
   LabelMap placed = labels_on(map, *scan);
   placed.warnings = std::move(map.warnings);
+  if (!is_cropped(map)) placed.labelled = covered_box(map.grid, *scan);
+  const auto beyond = labels_beyond(map, *scan);
+  for (const auto& [label, share] : beyond) placed.beyond.insert(label);
+  if (auto said = in_words(beyond, map); !said.empty()) placed.warnings.push_back(std::move(said));
   if (const Eigen::Matrix3d turn = scan->axes.inverse() * map.grid.axes; !turn.isIdentity(0.5))
     placed.warnings.push_back(
         "its axes have another order or direction than the scan's, so its voxels were reordered to match the "

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <mutex>
 
+#include "segmentation/body/body_mask.hpp"
 #include "segmentation/files/class_labels.hpp"
 #include "segmentation/grid/work_grid.hpp"
 #include "threads/slabs.hpp"
@@ -29,24 +30,35 @@ std::array<float, 256> deepest_of(const Distances& depth, const Volume<std::uint
   return deepest;
 }
 
-// For each label: its area on the volume's outer faces divided by its volume to the power 2/3.
-std::array<double, 256> face_share(const LabelMap& labels) {
+bool is_tissue(const GreyVolume& scan, std::size_t offset) {
+  return hu_of(scan.voxels[offset], scan.quantity) > skin_edge_hu;
+}
+
+// For each label: its area on the outer faces of the scan or of the labelled box, divided by its volume to
+// the power 2/3. A face of the box counts where tissue goes on behind it.
+std::array<double, 256> face_share(const LabelMap& labels, const GreyVolume& scan) {
   const Grid& grid = labels.grid;
   std::array<double, 256> area{}, share{};
   std::array<std::int64_t, 256> count{};
   for (const auto label : labels.voxels) ++count[label];
-  const std::array<double, 3> face{grid.axes.col(1).cross(grid.axes.col(2)).norm(),
-                                   grid.axes.col(2).cross(grid.axes.col(0)).norm(),
-                                   grid.axes.col(0).cross(grid.axes.col(1)).norm()};
-  for (std::int64_t k = 0; k < grid.size[2]; ++k)
-    for (std::int64_t j = 0; j < grid.size[1]; ++j)
-      for (const std::int64_t i : {std::int64_t{0}, grid.size[0] - 1}) area[labels.at(i, j, k)] += face[0];
-  for (std::int64_t k = 0; k < grid.size[2]; ++k)
-    for (std::int64_t i = 0; i < grid.size[0]; ++i)
-      for (const std::int64_t j : {std::int64_t{0}, grid.size[1] - 1}) area[labels.at(i, j, k)] += face[1];
-  for (std::int64_t j = 0; j < grid.size[1]; ++j)
-    for (std::int64_t i = 0; i < grid.size[0]; ++i)
-      for (const std::int64_t k : {std::int64_t{0}, grid.size[2] - 1}) area[labels.at(i, j, k)] += face[2];
+  const IndexBox box =
+      labels.labelled.value_or(IndexBox{{}, {grid.size[0] - 1, grid.size[1] - 1, grid.size[2] - 1}});
+  for (std::size_t c = 0; c < 3; ++c) {
+    const std::size_t a = (c + 1) % 3, b = (c + 2) % 3;
+    const double face = grid.axes.col(static_cast<int>(a)).cross(grid.axes.col(static_cast<int>(b))).norm();
+    for (const std::int64_t outwards : {-1, 1}) {
+      std::array<std::int64_t, 3> at{}, next{};
+      at[c] = outwards < 0 ? box.first[c] : box.last[c];
+      for (at[a] = box.first[a]; at[a] <= box.last[a]; ++at[a])
+        for (at[b] = box.first[b]; at[b] <= box.last[b]; ++at[b]) {
+          next = at;
+          next[c] += outwards;
+          if (!grid.holds(next[0], next[1], next[2]) ||
+              is_tissue(scan, grid.offset(next[0], next[1], next[2])))
+            area[labels.at(at[0], at[1], at[2])] += face;
+        }
+    }
+  }
   for (std::size_t label = 1; label < 256; ++label)
     if (count[label] > 0)
       share[label] = area[label] / std::pow(static_cast<double>(count[label]) * grid.voxel_volume(), 2. / 3);
@@ -103,13 +115,18 @@ std::array<bool, 256> cut_labels(const LabelMap& labels, const GreyVolume& scan,
   constexpr double step = 3, much = 0.1;  // mm; fraction of a cube's face area
   const Grid g = work_grid(scan, step, threads);
   const LabelMap owner = labels_on(labels, g, threads);
+  const Eigen::Matrix3d to_index = scan.grid.axes.inverse();
   Mask body{g, std::vector<std::uint8_t>(g.count(), 0)}, seen = body, skin = body;
   in_slabs(g.size[2], threads, [&](std::int64_t k0, std::int64_t k1) {
     for (std::int64_t k = k0; k < k1; ++k)
       for (std::int64_t j = 0; j < g.size[1]; ++j)
         for (std::int64_t i = 0; i < g.size[0]; ++i) {
           double value = 0;
-          seen.at(i, j, k) = sample(scan, scan.grid.index(g.point(i, j, k)), value);
+          const Vector3d at = to_index * (g.point(i, j, k) - scan.grid.origin);
+          seen.at(i, j, k) = sample(scan, at, value);
+          if (labels.labelled && hu_of(value, scan.quantity) > skin_edge_hu &&
+              !labels.labelled->holds(std::lround(at[0]), std::lround(at[1]), std::lround(at[2])))
+            seen.at(i, j, k) = 0;
           body.at(i, j, k) = seen.at(i, j, k) && owner.at(i, j, k);
           skin.at(i, j, k) = seen.at(i, j, k) && !owner.at(i, j, k);
         }
@@ -120,10 +137,11 @@ std::array<bool, 256> cut_labels(const LabelMap& labels, const GreyVolume& scan,
   const auto contact =
       edge_contact(body, seen, depth, owner, [](std::uint8_t own, const Vector3d&) { return own; });
   const auto deepest = deepest_of(depth, owner);
-  const auto share = face_share(labels);
+  const auto share = face_share(labels, scan);
   std::array<bool, 256> cut{};
   for (std::size_t label = 1; label < 256; ++label)
-    cut[label] = contact[label] > cut_section || (deepest[label] < least_depth && share[label] >= much);
+    cut[label] = labels.beyond.contains(static_cast<std::uint8_t>(label)) || contact[label] > cut_section ||
+                 (deepest[label] < least_depth && share[label] >= much);
   return cut;
 }
 

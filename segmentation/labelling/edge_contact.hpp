@@ -29,10 +29,11 @@ inline constexpr double cut_section = 100;
 bool runs_out(const std::vector<std::array<std::int64_t, 3>>& places, const Mask& seen,
               const Eigen::Vector3d& outwards);
 
-/// edge_contact of a label map, on a grid of 3 mm: whether a label is cut by the scan's end or by padding.
+/// edge_contact of a label map, on a grid of 3 mm: whether a label is cut by the scan's end, by padding,
+/// or by the end of its label map where tissue goes on behind it. Labels with voxels beyond the scan are cut.
 /// Labels less than 10 mm deep are cut if their area on the outer faces of `labels` is at least a tenth of
 /// that of a cube of their volume. (A part that lies wholly inside just touches; a limb cut across has about
-/// a half.) Both must lie on one grid.
+/// a half.) Both must lie on one grid. `scan`: CT numbers or densities.
 std::array<bool, 256> cut_labels(const LabelMap& labels, const GreyVolume& scan, int threads = 0);
 
 }  // namespace borelli

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -75,10 +77,21 @@ struct GreyVolume : Volume<std::int16_t> {
   Quantity quantity = Quantity::hu;
 };
 
+/// The voxels from `first` to `last` along each axis.
+struct IndexBox {
+  std::array<std::int64_t, 3> first{}, last{};
+
+  bool holds(std::int64_t i, std::int64_t j, std::int64_t k) const {
+    return i >= first[0] && j >= first[1] && k >= first[2] && i <= last[0] && j <= last[1] && k <= last[2];
+  }
+};
+
 /// A volume of part numbers; label 0 is outside the body.
 struct LabelMap : Volume<std::uint8_t> {
-  std::vector<std::string> names;     ///< names[label]; names[0] = "outside"
-  std::vector<std::string> warnings;  ///< from its reader, one sentence each
+  std::vector<std::string> names;         ///< names[label]; names[0] = "outside"
+  std::vector<std::string> warnings;      ///< from its reader, one sentence each
+  std::optional<IndexBox> labelled = {};  ///< part of `grid` that the file covers; none: all
+  std::set<std::uint8_t> beyond = {};     ///< labels of which the file has voxels outside `grid`
 };
 
 }  // namespace borelli

@@ -130,6 +130,59 @@ TEST_F(InertiaVerb, WarnsOfLabelsThatDoNotFitTheScan) {
   EXPECT_EQ(table->whole.completeness, Completeness::cut);
 }
 
+// The slices from `first` to before `last` of a volume.
+template <class V>
+V slices(const V& whole, std::int64_t first, std::int64_t last) {
+  V part = whole;
+  part.grid.size[2] = last - first;
+  part.grid.origin = whole.grid.point(0, 0, first);
+  const auto at = [&](std::int64_t k) {
+    return whole.voxels.begin() + static_cast<std::ptrdiff_t>(whole.grid.offset(0, 0, k));
+  };
+  part.voxels.assign(at(first), at(last));
+  return part;
+}
+
+// Scan and labels of different extent. The middle of the slices lies in the thighs' or the trunk's middle, so
+// the parts on both sides of it are cut, whichever of the two ends there.
+TEST_F(InertiaVerb, PartsAtTheEndOfTheScanOrOfTheLabelsAreCut) {
+  const auto labels = read_labels(file("labels.nrrd"));
+  ASSERT_TRUE(labels) << labels.error().message();
+  const auto scan = read_volume(file("body.nii.gz"));
+  ASSERT_TRUE(scan) << scan.error().message();
+  const std::int64_t count = labels->grid.size[2], half = count / 2;
+  std::array<std::array<std::int64_t, 2>, 256> voxels{};  // below and above
+  for (std::int64_t k = 0; k < count; ++k)
+    for (std::int64_t j = 0; j < labels->grid.size[1]; ++j)
+      for (std::int64_t i = 0; i < labels->grid.size[0]; ++i)
+        ++voxels[labels->at(i, j, k)][static_cast<std::size_t>(k >= half)];
+  ASSERT_TRUE(write_volume(folder / "half.nii.gz", slices(scan->volume, 0, half)));
+  ASSERT_TRUE(write_labels(folder / "half.nrrd", slices(*labels, 0, half)));
+  const auto table_of = [&](const char* volume, const char* map) {
+    const ProgramRun run = run_program("inertia --force --volume " + file(volume) + " --labels " + file(map) +
+                                       " -o " + file("half.json"));
+    EXPECT_EQ(run.code, 0) << run.err;
+    return std::pair(read_table(file("half.json")), run.err);
+  };
+  const auto [short_scan, told] = table_of("half.nii.gz", "labels.nrrd");
+  const auto [short_labels, silent] = table_of("body.nii.gz", "half.nrrd");
+  EXPECT_NE(told.find("voxels outside the scan were left out: "), std::string::npos) << told;
+  EXPECT_EQ(silent.find("outside the scan"), std::string::npos) << silent;
+  int cut = 0;
+  for (const auto* table : {&short_scan, &short_labels}) {
+    ASSERT_TRUE(*table) << table->error().message();
+    for (const InertiaRow& row : (*table)->rows) {
+      const auto& [below, above] = voxels[static_cast<std::size_t>(part_label(row.part))];
+      EXPECT_EQ(row.completeness, below == 0  ? Completeness::absent
+                                  : above > 0 ? Completeness::cut
+                                              : Completeness::whole)
+          << row.part;
+      cut += below > 0 && above > 0;
+    }
+  }
+  EXPECT_GT(cut, 4);
+}
+
 TEST_F(InertiaVerb, UsesTheCutsOfTheFindings) {
   folder.write("segmentation.json", R"({"convention": "bone", "parts": {}})");
   const std::string found = "inertia" + inputs() + " --findings " + file("segmentation.json");

@@ -139,6 +139,37 @@ TEST(ForeignLabels, ReordersAxesToMatchTheScan) {
   EXPECT_EQ(turns, 48);
 }
 
+// 4 x 1 x 1 voxels of a label along a scan of 6, shifted by -1 and 3, and cropped to their labels.
+TEST(ForeignLabels, KnowsWhatLiesBeyondTheScanAndWhatTheMapDoesNotCover) {
+  ScratchFolder folder;
+  Grid scan;
+  scan.size = {6, 3, 3};
+  const auto placed = [&](std::int64_t shift, std::vector<std::uint8_t> row) {
+    LabelMap map;
+    map.grid.size = {4, 1, 1};
+    map.grid.origin = scan.point(shift, 1, 1);
+    map.voxels = std::move(row), map.names = {"outside", "one", "two"};
+    EXPECT_TRUE(write_labels(folder / "a.nrrd", map));
+    auto read = read_labels(folder / "a.nrrd", "", {}, &scan);
+    EXPECT_TRUE(read);
+    return *read;
+  };
+  const LabelMap low = placed(-1, {1, 1, 2, 0});
+  EXPECT_EQ(low.beyond, std::set<std::uint8_t>{1});
+  ASSERT_TRUE(low.labelled);
+  EXPECT_EQ(low.labelled->first, (std::array<std::int64_t, 3>{0, 1, 1}));
+  EXPECT_EQ(low.labelled->last, (std::array<std::int64_t, 3>{2, 1, 1}));
+  ASSERT_EQ(low.warnings.size(), 1U);
+  EXPECT_EQ(low.warnings[0], "voxels outside the scan were left out: one 50 %");
+  const LabelMap high = placed(3, {0, 1, 1, 2});
+  EXPECT_EQ(high.beyond, std::set<std::uint8_t>{2});
+  EXPECT_EQ(high.warnings[0], "voxels outside the scan were left out: two 100 %");
+  const LabelMap cropped = placed(1, {1, 1, 2, 2});
+  EXPECT_TRUE(cropped.beyond.empty());
+  EXPECT_FALSE(cropped.labelled);
+  EXPECT_TRUE(cropped.warnings.empty());
+}
+
 TEST(ForeignLabels, RefusesAnotherGridBeforeReadingVoxels) {
   ScratchFolder folder;
   LabelMap map;
