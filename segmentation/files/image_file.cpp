@@ -94,6 +94,7 @@ Result<StoredVoxels> load_voxels(const ImageHeader& header, const Progress& prog
     if (work.valid()) work.get();
   // checksum and length of a packed stream are only checked at its end
   if (const auto ended = stream.finish(); !ended) return tl::unexpected(ended.error());
+  voxels.warnings = stream.warnings();
   return voxels;
 } catch (const std::bad_alloc&) {
   return out_of_memory(header.data_file, in_words(header));

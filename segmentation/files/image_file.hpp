@@ -72,6 +72,7 @@ struct StoredVoxels {
   /// The voxels' bytes, count * scalar_bytes(scalar) of them. The element type is int16 so that to_int16 can
   /// convert in place.
   std::vector<std::int16_t> storage;
+  std::vector<std::string> warnings = {};  ///< of a file with a slice or more than its header describes
 
   const std::byte* bytes() const { return reinterpret_cast<const std::byte*>(storage.data()); }
 };

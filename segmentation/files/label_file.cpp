@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <iterator>
 #include <map>
 #include <numeric>
 #include <optional>
@@ -351,6 +352,7 @@ Result<Read> read_file(const std::string& path, const std::string& names, const 
                 : dicom ? stored(dicom->numbers)
                         : load_voxels(*header, progress);
   if (!voxels) return tl::unexpected(voxels.error());
+  std::ranges::move(voxels->warnings, std::back_inserter(header->warnings));
   const double bytes_a_voxel = header->layers > 1 ? 5 : 1;
   if (auto fits =
           admit_memory(path, "its label map", bytes_a_voxel * static_cast<double>(header->grid.count()));

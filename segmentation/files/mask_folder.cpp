@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstring>
 #include <filesystem>
+#include <iterator>
 #include <new>
 
 #include "process/memory.hpp"
@@ -100,6 +101,7 @@ Result<MaskFolder> read_mask_folder(const std::string& folder,
     }
     const auto mask = load_voxels(*header);
     if (!mask) return tl::unexpected(mask.error());
+    std::ranges::copy(mask->warnings, std::back_inserter(out.warnings));
     const auto number = std::min(std::ssize(out.names) + 1, std::ptrdiff_t{255});
     overlaps.add(number, name, is_used && is_used(number, name, {}));
     const auto laid = lay(file, *mask, *header, static_cast<std::uint8_t>(number), overlaps, map);
@@ -112,7 +114,7 @@ Result<MaskFolder> read_mask_folder(const std::string& folder,
   if (out.names.empty()) return bad_use(folder, "contains only masks without voxels");
   auto told = overlaps.warnings(folder);
   if (!told) return tl::unexpected(told.error());
-  out.warnings = std::move(*told);
+  std::ranges::move(*told, std::back_inserter(out.warnings));
   for (const auto number : overlaps.emptied()) out.names.erase(number);
   return out;
 } catch (const std::bad_alloc&) {

@@ -2,7 +2,9 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <mutex>
 
 #include "process/input_file.hpp"
@@ -60,6 +62,7 @@ Result<ScannedVolume> read_file(const std::string& path, const ReadOptions& opti
   scanned.series_description = header->description;
   scanned.reading = reading->statement;
   scanned.warnings = std::move(header->warnings);
+  std::ranges::move(voxels->warnings, std::back_inserter(scanned.warnings));
   scanned.volume.grid = header->grid;
   scanned.volume.quantity = held_as(reading->quantity);
   scanned.volume.voxels = to_int16(std::move(*voxels), header->slope, header->intercept, range,

@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <filesystem>
 
 namespace borelli {
 namespace {
@@ -63,7 +64,11 @@ Result<void> VoxelStream::read(std::span<std::byte> target) {
 
 Result<void> VoxelStream::finish() {
   if (text_) return text_->finish();
-  if (!source_ || header_.packing == ByteSource::Packing::plain) return {};
+  if (!source_) return {};
+  if (header_.packing == ByteSource::Packing::plain) {
+    note_surplus(source_->file_size() - files_[next_ - 1].offset - header_.stream_offset - share_);
+    return {};
+  }
   // Damage can make a stream longer, even endless: stop after twice the expected bytes.
   const std::uint64_t most = share_ + (std::uint64_t{1} << 20);
   const auto rest = source_->skip(most);
@@ -73,7 +78,18 @@ Result<void> VoxelStream::finish() {
         files_[next_ - 1].path,
         fmt::format("unpacks to more than twice the {} bytes of voxels that its header states; it is damaged",
                     share_));
+  note_surplus(*rest);
   return {};
+}
+
+void VoxelStream::note_surplus(std::uint64_t bytes) {
+  const auto& size = header_.grid.size;
+  const std::uint64_t slice = static_cast<std::uint64_t>(size[0] * size[1]) * scalar_bytes(header_.scalar);
+  if (bytes >= slice)
+    warnings_.push_back(fmt::format(
+        "{} holds {} bytes more than its header describes (a slice has {}); check the sizes in the "
+        "header",
+        std::filesystem::path(files_[next_ - 1].path).filename().string(), bytes, slice));
 }
 
 }  // namespace borelli

@@ -26,7 +26,12 @@ class VoxelStream {
   /// or more numbers in text, than the header promises.
   Result<void> finish();
 
+  /// One sentence per finished file with at least a slice of bytes behind its voxels. Padding is shorter.
+  const std::vector<std::string>& warnings() const { return warnings_; }
+
  private:
+  void note_surplus(std::uint64_t bytes);
+
   const ImageHeader& header_;
   std::vector<VoxelFile> files_;
   std::uint64_t share_;     // bytes of voxels in each file
@@ -34,6 +39,7 @@ class VoxelStream {
   std::size_t next_ = 0;    // index in files_ of the file to open next
   std::optional<ByteSource> source_;
   std::optional<TextNumbers> text_;
+  std::vector<std::string> warnings_;
 };
 
 }  // namespace borelli
