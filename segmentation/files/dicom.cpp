@@ -1,6 +1,7 @@
 #include "segmentation/files/dicom.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cstring>
@@ -9,6 +10,7 @@
 #include <set>
 
 #include "process/memory.hpp"
+#include "segmentation/files/dicom_elements.hpp"
 #include "segmentation/files/dicom_files.hpp"
 #include "segmentation/files/dicom_volumes.hpp"
 #include "segmentation/files/header_text.hpp"
@@ -64,6 +66,9 @@ Result<Found> find_groups(const std::string& folder, const Progress& progress) {
       if (slice.modality == "SEG") {
         ++found.segmentations;
         break;
+      } else if (slice.modality == "RTDOSE") {  // with or without pixels
+        found.no_images.push_back(files[n]);
+        break;
       } else if (slice.frames > 1) {
         found.frames.push_back(files[n]);
       } else if (slice.samples_per_pixel != 1) {
@@ -104,6 +109,13 @@ Error nothing_to_read(const std::string& folder, const Found& found) {
       return failure(folder,
                      "contains DICOM pictures that do not state position, orientation and pixel spacing; "
                      "give a CT or MR series");
+    std::set<std::string> kinds;
+    for (const std::string& file : found.no_images)
+      if (const auto object = read_dicom_elements(file); object && *object)
+        kinds.insert(kind_without_series(**object));
+    if (!kinds.empty())
+      return bad_use(folder, fmt::format("contains no series of images, but {}; give a CT or MR series",
+                                         fmt::join(kinds, ", ")));
     return bad_use(folder, "contains no DICOM images");
   };
   Error error = refusal().error();

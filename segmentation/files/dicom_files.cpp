@@ -8,6 +8,9 @@
 #include <fstream>
 #include <set>
 #include <string_view>
+#include <utility>
+
+#include "error/printable.hpp"
 
 namespace borelli {
 namespace {
@@ -47,6 +50,34 @@ void list_folder(const fs::path& folder, const fs::path& root, std::set<fs::path
 }
 
 }  // namespace
+
+std::string kind_without_series(const DicomElements& object) {
+  // by the start of the SOP class (PS3.4, B.5), the longest first
+  static constexpr std::array<std::pair<std::string_view, const char*>, 15> kinds{{
+      {"1.2.840.10008.1.3.10", "a directory of DICOM files (DICOMDIR)"},
+      {"1.2.840.10008.5.1.4.1.1.481.2", "an RT dose"},
+      {"1.2.840.10008.5.1.4.1.1.481.3", "an RT structure set"},
+      {"1.2.840.10008.5.1.4.1.1.481.5", "an RT plan"},
+      {"1.2.840.10008.5.1.4.1.1.481.8", "an RT ion plan"},
+      {"1.2.840.10008.5.1.4.1.1.88.59", "a selection of key objects"},
+      {"1.2.840.10008.5.1.4.1.1.88.", "a structured report"},
+      {"1.2.840.10008.5.1.4.1.1.104.", "an encapsulated document"},
+      {"1.2.840.10008.5.1.4.1.1.11.", "a presentation state"},
+      {"1.2.840.10008.5.1.4.1.1.66.1", "a registration"},
+      {"1.2.840.10008.5.1.4.1.1.66.2", "a set of fiducials"},
+      {"1.2.840.10008.5.1.4.1.1.66.3", "a deformable registration"},
+      {"1.2.840.10008.5.1.4.1.1.66.5", "a surface segmentation"},
+      {"1.2.840.10008.5.1.4.1.1.67", "a real world value mapping"},
+      {"1.2.840.10008.5.1.4.1.1.9.", "a waveform"},
+  }};
+  const std::string sop_class = object.text(0x00080016), modality = object.text(0x00080060);
+  for (const auto& [start, kind] : kinds)
+    if (sop_class.starts_with(start)) return kind;
+  if (modality == "RTDOSE") return "an RT dose";
+  if (object.pixel_offset > 0) return "";
+  return modality.empty() ? "a DICOM file without an image"
+                          : fmt::format("a DICOM file without an image (modality {})", printable(modality));
+}
 
 std::string files_sentence(const std::vector<std::string>& paths, std::string_view one,
                            std::string_view many) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "error/error.hpp"
+#include "segmentation/files/dicom_elements.hpp"
 
 namespace borelli {
 
@@ -32,5 +33,8 @@ struct FolderFiles {
 /// All files below a folder, links followed. Each folder is listed once; links to a folder above `folder` are
 /// skipped. A path to a file gives that file. Errors: the folder cannot be listed.
 Result<FolderFiles> files_below(const std::string& folder);
+
+/// What a DICOM object is that is no series of images: "an RT dose"; "" for images and segmentations.
+std::string kind_without_series(const DicomElements& object);
 
 }  // namespace borelli

@@ -10,6 +10,7 @@
 #include "process/input_file.hpp"
 #include "segmentation/files/dicom.hpp"
 #include "segmentation/files/dicom_elements.hpp"
+#include "segmentation/files/dicom_files.hpp"
 #include "segmentation/files/plausibility.hpp"
 #include "segmentation/files/volume_formats.hpp"
 
@@ -26,11 +27,6 @@ bool is_multi_frame(const std::string& path) {
   if (!std::filesystem::is_regular_file(path, ignored)) return false;
   const auto elements = read_dicom_elements(path);
   return elements && *elements && ((*elements)->item(0x52009230) || (*elements)->text(0x00080060) == "SEG");
-}
-
-bool is_dicom_slice(const std::string& path) {
-  const auto elements = read_dicom_elements(path);
-  return elements && *elements;
 }
 
 // mm: no unit error makes a body's voxel this large
@@ -78,7 +74,11 @@ Result<ImageHeader> header_by_ending(const std::string& path) {
   if (auto fine = check_input_file(path); !fine) return tl::unexpected(fine.error());
   for (const Endings endings : {&VolumeFormat::endings, &VolumeFormat::halves})
     if (const VolumeFormat* format = format_of(path, endings).format) return format->read_header(path);
-  if (is_dicom_slice(path)) return bad_use(path, "is one slice of a DICOM series; give its folder");
+  if (const auto object = read_dicom_elements(path); object && *object) {
+    const std::string kind = kind_without_series(**object);
+    return bad_use(path, kind.empty() ? "is one slice of a DICOM series; give its folder"
+                                      : "is " + kind + ", no series of images; give a CT or MR series");
+  }
   return bad_use(
       path, "is not a supported volume; give a DICOM folder, " + endings_in_words(&VolumeFormat::endings));
 }

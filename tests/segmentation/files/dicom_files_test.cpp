@@ -8,6 +8,7 @@
 #include "segmentation/files/read.hpp"
 #include "tests/segmentation/dicom_series.hpp"
 #include "tests/segmentation/scratch_folder.hpp"
+#include "tests/segmentation/test_data_set.hpp"
 
 namespace borelli {
 namespace dicom_files_test {
@@ -66,6 +67,41 @@ TEST(DicomFiles, FolderOfPlaceholdersNamesThem) {
     for (const char* part :
          {"git annex get", "git lfs pull", "stub.dcm holds only", "._0.dcm holds macOS metadata"})
       EXPECT_NE(refusal.message().find(part), std::string::npos) << refusal.message();
+  }
+}
+
+// SOP classes of PS3.4, B.5, without pixels; a dose may have them.
+TEST(DicomFiles, NamesObjectsThatAreNoSeriesOfImages) {
+  const auto put = [](const std::string& path, const std::string& sop_class, const std::string& modality,
+                      bool pixels) {
+    DataSet object;
+    object.add(0x00080016, "UI", sop_class).add(0x00080018, "UI", "1.2.3.5").add(0x00080060, "CS", modality);
+    if (pixels) {
+      object.number(0x00280002, 1).add(0x00280004, "CS", "MONOCHROME2").add(0x00280008, "IS", "2");
+      object.number(0x00280010, 2).number(0x00280011, 2).number(0x00280100, 16).number(0x00280101, 16);
+      object.number(0x00280102, 15).number(0x00280103, 0).add(0x7fe00010, "OW", std::string(16, '\0'));
+    }
+    object.write(path, sop_class);
+  };
+  struct Case {
+    std::string sop_class, modality, kind;
+    bool pixels = false;
+  };
+  for (const Case& c : {Case{"1.2.840.10008.5.1.4.1.1.481.2", "RTDOSE", "an RT dose"},
+                        {"1.2.840.10008.5.1.4.1.1.481.2", "RTDOSE", "an RT dose", true},
+                        {"1.2.840.10008.5.1.4.1.1.481.3", "RTSTRUCT", "an RT structure set"},
+                        {"1.2.840.10008.5.1.4.1.1.88.22", "SR", "a structured report"},
+                        {"1.2.3", "XX", "a DICOM file without an image (modality XX)"}}) {
+    const ScratchFolder folder;
+    put(folder / "a.dcm", c.sop_class, c.modality, c.pixels);
+    const auto file = read_volume(folder / "a.dcm"), whole = read_volume(folder.path());
+    ASSERT_FALSE(file);
+    EXPECT_NE(file.error().message().find("is " + c.kind + ", no series of images"), std::string::npos)
+        << file.error().message();
+    ASSERT_FALSE(whole);
+    EXPECT_NE(whole.error().message().find("contains no series of images, but " + c.kind + ";"),
+              std::string::npos)
+        << whole.error().message();
   }
 }
 
