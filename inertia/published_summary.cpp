@@ -15,8 +15,7 @@ std::vector<PublishedSummary> published_summaries(const InertiaTable& table) {
     for (const InertiaRow& row : table.rows) {
       const Comparison beside = compare(table, row, name);
       if (!beside.published || !beside.mass) {
-        const std::string why =
-            !beside.published ? beside.why_not : "the scan does not contain the whole body";
+        const std::string why = !beside.published ? beside.why_not : "not every part is there and whole";
         if (summary.why_not.find(why) == std::string::npos)
           summary.why_not += (summary.why_not.empty() ? "" : "; ") + why;
         continue;

@@ -264,7 +264,7 @@ void print_table(const InertiaTable& table) {
     fmt::print(
         "\nPercentages refer to the mass that is present, because --absent names parts that the body lacks.");
   else if (table.whole.completeness != Completeness::whole)
-    fmt::print("\nPercentages refer to the scanned mass, because the scan does not contain the whole body.");
+    fmt::print("\nPercentages refer to the labelled mass, because not every part is there and whole.");
   fmt::print("\n");
   if (!source.sex.empty())
     for (const PublishedSummary& summary : published_summaries(table))

@@ -2,6 +2,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -374,6 +375,24 @@ Result<Read> read_file(const std::string& path, const std::string& names, const 
 
 namespace {
 
+// One sentence about the numbers that have voxels and no name, in a map that has names; else "".
+std::string numbers_without_name(const NumberedLabels& labels) {
+  constexpr std::size_t most = 8;
+  const auto& names = labels.map.names;
+  std::array<std::size_t, 256> voxels{};
+  for (const auto label : labels.map.voxels) ++voxels[label];
+  std::string list;
+  std::size_t unnamed = 0, named = 0;
+  for (std::size_t label = 1; label < names.size(); ++label) {
+    named += !names[label].empty();
+    if (!names[label].empty() || voxels[label] == 0 || ++unnamed > most) continue;
+    list += fmt::format("{}{} ({} voxels)", list.empty() ? "" : ", ", labels.numbers[label], voxels[label]);
+  }
+  if (named == 0 || unnamed == 0) return "";
+  if (unnamed > most) list += fmt::format(" and {} more", unnamed - most);
+  return "its names lack numbers that its voxels have: " + list;
+}
+
 // Whether the map was cropped to its labels, as 3D Slicer saves it: they touch all six faces. Such an edge
 // cuts no label.
 bool is_cropped(const LabelMap& map) {
@@ -413,6 +432,7 @@ Result<LabelMap> read_labels(const std::string& path, const std::string& names, 
   auto read = read_file(path, names, progress, true, is_part, scan);
   if (!read) return tl::unexpected(read.error());
   LabelMap& map = read->labels.map;
+  if (auto told = numbers_without_name(read->labels); !told.empty()) map.warnings.push_back(std::move(told));
   for (std::size_t label = 1; label < map.names.size(); ++label)
     if (const auto number = read->labels.numbers[label]; map.names[label].empty() && number > 0)
       map.names[label] = "label " + std::to_string(number);

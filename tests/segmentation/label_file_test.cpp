@@ -218,6 +218,27 @@ TEST(LabelFile, PartNamesGetTheirLabelsAndOthersFollow) {
   EXPECT_EQ(map->names[0], "outside");
 }
 
+TEST(LabelFile, TellsOfNumbersThatTheNamesLack) {
+  ScratchFolder folder;
+  write_numbers(folder / "a.nii", {0, 5, 900, 3, 900, 12});
+  put_text(folder / "names.txt", "label\tname\n5\tthigh_left\n3\tliver\n7\tabsent\n");
+  const auto map = read_labels(folder / "a.nii", folder / "names.txt");
+  ASSERT_TRUE(map) << map.error().message();
+  EXPECT_EQ(map->warnings,
+            (std::vector<std::string>{"its names lack numbers that its voxels have: 12 (1 voxels), "
+                                      "900 (2 voxels)"}));
+  EXPECT_TRUE(read_labels(folder / "a.nii")->warnings.empty());  // it has no names at all
+  // many: eight, and a count
+  std::vector<std::int16_t> many;
+  for (std::int16_t n = 0; n < 30; ++n) many.push_back(n);
+  write_numbers(folder / "b.nii", many);
+  put_text(folder / "b.tsv", "label\tname\n1\thead\n");
+  const auto cut_short = read_labels(folder / "b.nii");
+  ASSERT_TRUE(cut_short) << cut_short.error().message();
+  ASSERT_EQ(cut_short->warnings.size(), 1U);
+  EXPECT_TRUE(cut_short->warnings[0].ends_with("9 (1 voxels) and 20 more")) << cut_short->warnings[0];
+}
+
 TEST(LabelFile, KeepsNumbersUnlessTheyExceed255) {
   ScratchFolder folder;
   write_numbers(folder / "small.nii", {0, 7, 200});
