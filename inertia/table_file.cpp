@@ -13,6 +13,7 @@
 #include <sstream>
 #include <utility>
 
+#include "error/file_ending.hpp"
 #include "error/json_text.hpp"
 #include "error/plain_cell.hpp"
 #include "inertia/csv.hpp"
@@ -424,7 +425,7 @@ Result<InertiaTable> table_from_json(const std::string& bytes, const std::string
 }
 
 Result<void> write_table(const std::filesystem::path& path, const InertiaTable& table) {
-  const std::string extension = path.extension().string();
+  const std::string extension = ending_of(path);
   if (extension != ".csv" && extension != ".json")
     return bad_use(path.string(), "is not a .csv or .json file; an inertia table is written as one of these");
   std::ofstream file(path, std::ios::binary);

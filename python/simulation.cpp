@@ -9,6 +9,7 @@
 #include "dynamics/methods/integrator.hpp"
 #include "dynamics/run/ensemble.hpp"
 #include "dynamics/run/simulate.hpp"
+#include "error/file_ending.hpp"
 #include "error/json_text.hpp"
 #include "pipeline/export/certificate_report.hpp"
 #include "pipeline/export/trajectory_file.hpp"
@@ -133,7 +134,7 @@ std::shared_ptr<Motion> read_motion(const py::object& path) {
 
 void write_motion(const Motion& motion, const py::object& path) {
   const std::filesystem::path file = path_of(path);
-  const std::string ending = file.extension().string();
+  const std::string ending = ending_of(file);
   if (ending == ".glb" || ending == ".html") {
     const auto made = ending == ".glb" ? scene_glb(motion.scene, motion.trajectory)
                                        : scene_page(motion.scene, motion.trajectory);

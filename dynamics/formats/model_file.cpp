@@ -12,6 +12,7 @@
 #include "dynamics/formats/scene_file.hpp"
 #include "dynamics/formats/urdf.hpp"
 #include "dynamics/formats/xml_element.hpp"
+#include "error/file_ending.hpp"
 
 namespace borelli {
 namespace {
@@ -51,8 +52,8 @@ Result<ModelFile> with_locks(ModelFile model, const std::filesystem::path& path,
 }  // namespace
 
 Result<ModelFile> read_model(const std::filesystem::path& path, const ModelOptions& options) {
-  const bool named_xml =
-      path.extension() == ".xml" || path.extension() == ".urdf" || path.extension() == ".osim";
+  const std::string ending = ending_of(path);
+  const bool named_xml = ending == ".xml" || ending == ".urdf" || ending == ".osim";
   if (std::error_code problem;
       !std::filesystem::is_regular_file(path, problem) || !(named_xml || is_xml(path))) {
     if (auto fine = check_no_urdf_options(path, options); !fine) return tl::unexpected(fine.error());

@@ -6,6 +6,7 @@
 #include <array>
 
 #include "dynamics/formats/scene_file.hpp"
+#include "error/file_ending.hpp"
 
 namespace borelli {
 namespace {
@@ -33,7 +34,7 @@ constexpr std::array<ModelFormat, 5> model_formats{{{".xml", write_mjcf},
                                                     {".toml", write_toml}}};
 
 const ModelFormat* format_of(const std::filesystem::path& path) {
-  const std::string ending = path.extension().string();
+  const std::string ending = ending_of(path);
   const auto found = std::find_if(model_formats.begin(), model_formats.end(),
                                   [&](const ModelFormat& format) { return format.ending == ending; });
   return found == model_formats.end() ? nullptr : &*found;
@@ -43,7 +44,7 @@ const ModelFormat* format_of(const std::filesystem::path& path) {
 
 Result<void> check_model_ending(const std::filesystem::path& path) {
   if (format_of(path)) return {};
-  const std::string ending = path.extension().string();
+  const std::string ending = ending_of(path);
   return bad_use(path.string(),
                  fmt::format("{}; expected .xml or .mjcf (MuJoCo), .urdf (ROS), .osim (OpenSim) or .toml",
                              ending.empty() ? "has no ending" : fmt::format("has the ending {}", ending)));

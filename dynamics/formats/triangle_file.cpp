@@ -9,6 +9,7 @@
 #include <cstring>
 #include <sstream>
 
+#include "error/file_ending.hpp"
 #include "process/input_file.hpp"
 
 namespace borelli {
@@ -144,9 +145,7 @@ Result<ClosedMesh> msh(const std::string& bytes, const std::string& file) {
 }  // namespace
 
 Result<ClosedMesh> read_triangles(const std::filesystem::path& path) {
-  std::string ending = path.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return std::tolower(c); });
+  const std::string ending = ending_of(path);
   if (ending != ".stl" && ending != ".obj" && ending != ".msh")
     return bad_use(path.string(), fmt::format("ends in '{}', expected a mesh in .stl, .obj or .msh", ending));
   const auto bytes = read_input_file(path, any_size);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "error/file_ending.hpp"
 #include "pipeline/export/trajectory_file.hpp"
 #include "process/input_file.hpp"
 
@@ -101,7 +102,7 @@ Result<GivenReference> read_reference(const std::filesystem::path& path,
                                       const std::vector<std::string>& solids) {
   if (std::error_code problem; !std::filesystem::exists(path, problem))
     return bad_use(path.string(), "no such file");
-  return path.extension() == ".csv" ? from_csv(path, solids) : from_trajectory(path, solids);
+  return ending_of(path) == ".csv" ? from_csv(path, solids) : from_trajectory(path, solids);
 }
 
 }  // namespace borelli

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "error/file_ending.hpp"
 #include "pipeline/export/certificate_hdf5.hpp"
 #include "pipeline/export/hdf5_columns.hpp"
 #include "pipeline/export/trajectory_csv.hpp"
@@ -175,7 +176,7 @@ Result<StoredTrajectory> read_hdf5(const Hdf5Reader& file, const std::filesystem
 
 Result<void> write_trajectory(const Trajectory& trajectory, const std::string& scene,
                               const std::filesystem::path& path) {
-  const std::string ending = path.extension().string();
+  const std::string ending = ending_of(path);
   if (ending == ".h5" || ending == ".hdf5") return write_hdf5(trajectory, scene, path);
   if (ending == ".csv") return write_trajectory_csv(trajectory, path);
   return bad_use(path.string(), "ends in '" + ending + "'; expected .h5, .hdf5 or .csv");

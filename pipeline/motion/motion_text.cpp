@@ -1,20 +1,11 @@
 #include "pipeline/motion/motion_text.hpp"
 
-#include <filesystem>
-
+#include "error/file_ending.hpp"
 #include "pipeline/motion/bvh_skeleton.hpp"
 #include "pipeline/motion/marker_paths.hpp"
 #include "pipeline/recordings/trc_file.hpp"
-#include "segmentation/files/header_text.hpp"
 
 namespace borelli {
-namespace {
-
-std::string ending_of(const std::string& file) {
-  return lower_case(std::filesystem::path(file).extension().string());
-}
-
-}  // namespace
 
 bool is_motion_text(const std::string& file) {
   const std::string ending = ending_of(file);

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <limits>
 
+#include "error/file_ending.hpp"
 #include "error/printable.hpp"
 #include "pipeline/recordings/bvh_file.hpp"
 #include "pipeline/recordings/bvh_motion.hpp"
@@ -102,7 +103,7 @@ Result<Recording> read_recording(const std::filesystem::path& path, double bvh_u
 }
 
 Result<RecordedForces> read_forces(const std::filesystem::path& path) {
-  const std::string ending = path.extension().string();
+  const std::string ending = ending_of(path);
   RecordedForces out;
   if (ending == ".xml") {
     auto loads = read_external_loads(path);

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "dynamics/formats/scene_file.hpp"
+#include "error/file_ending.hpp"
 #include "error/json_text.hpp"
 #include "pipeline/body/foot_soles.hpp"
 #include "pipeline/export/trajectory_file.hpp"
@@ -15,7 +16,6 @@
 #include "pipeline/motion/recorded_trajectory.hpp"
 #include "pipeline/recordings/motion_table_file.hpp"
 #include "pipeline/recordings/recording.hpp"
-#include "segmentation/files/header_text.hpp"
 
 namespace borelli {
 namespace {
@@ -175,7 +175,7 @@ json entry_of(const CapturedMotion& motion, const std::optional<EffortBands>& ba
 }  // namespace
 
 bool holds_angles(const CapturedSettings& settings) {
-  const std::string ending = lower_case(fs::path(settings.motion).extension().string());
+  const std::string ending = ending_of(settings.motion);
   return ending == ".mot" || ending == ".sto";
 }
 

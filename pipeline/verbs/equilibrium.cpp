@@ -4,6 +4,7 @@
 #include <fmt/core.h>
 
 #include "dynamics/equations/evaluate.hpp"
+#include "error/file_ending.hpp"
 #include "error/json_text.hpp"
 #include "pipeline/files/whole_file.hpp"
 #include "pipeline/verbs/inputs.hpp"
@@ -22,7 +23,8 @@ struct EquilibriumOptions : StateOptions {
 
 Result<json> work(const EquilibriumOptions& o, const Command& command) {
   if (!o.output.empty()) {
-    if (!o.output.ends_with(".json")) return bad_use(o.output, "is not a .json file; end the name in .json");
+    if (ending_of(o.output) != ".json")
+      return bad_use(o.output, "is not a .json file; end the name in .json");
     if (auto fine = check_writable(o.output); !fine) return tl::unexpected(fine.error());
   }
   const auto given = read_scene_at_state(o, command);

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 
+#include "error/file_ending.hpp"
 #include "pipeline/files/whole_file.hpp"
 #include "pipeline/motion/effort_report.hpp"
 #include "pipeline/motion/foot_contact.hpp"
@@ -49,8 +50,7 @@ Result<std::vector<ExternalLoad>> read_loads(const IdOptions& o, const Scene& sc
                                              const RecordedPositions& positions, double cutoff,
                                              const Command& command) {
   if (o.forces.empty()) return std::vector<ExternalLoad>{};
-  const std::string ending = std::filesystem::path(o.forces).extension().string();
-  if (ending == ".xml") {
+  if (ending_of(o.forces) == ".xml") {
     auto loads = read_external_loads(o.forces);
     if (!loads) return tl::unexpected(loads.error());
     command.warn(loads->warnings);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "error/file_ending.hpp"
 #include "inertia/compare_tables.hpp"
 #include "inertia/published_summary.hpp"
 #include "inertia/table_file.hpp"
@@ -302,7 +303,7 @@ void print_group(const std::vector<NamedTable>& tables) {
 
 Result<void> check_outputs(const InertiaSettings& s) {
   for (const std::string& output : s.outputs) {
-    if (!output.ends_with(".csv") && !output.ends_with(".json"))
+    if (ending_of(output) != ".csv" && ending_of(output) != ".json")
       return bad_use(output, "is not a .csv or .json file; name a table with one of these endings");
     if (auto fine = check_writable(output); !fine) return fine;
   }
@@ -321,8 +322,8 @@ Result<nlohmann::json> compare_files(const InertiaSettings& settings, const Comm
   command.warn(remarks_on(tables));
   for (NamedTable& table : tables) table.name = command.names().name_of(table.name);
   for (const std::string& output : settings.outputs)
-    if (auto written =
-            write_whole(output, output.ends_with(".csv") ? comparison_csv(tables) : comparison_json(tables));
+    if (auto written = write_whole(
+            output, ending_of(output) == ".csv" ? comparison_csv(tables) : comparison_json(tables));
         !written)
       return tl::unexpected(written.error());
   if (!command.json && tables.size() == 2) print_differences(tables);

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 
+#include "error/file_ending.hpp"
 #include "pipeline/export/trajectory_file.hpp"
 #include "pipeline/verbs/model_options.hpp"
 #include "pipeline/verbs/motion_info.hpp"
@@ -48,7 +49,7 @@ void add_info(CLI::App& program, Command& command) {
       if (!std::filesystem::exists(*path, problem)) return bad_use(*path, "no such file or folder");
       if (!std::filesystem::is_regular_file(*path, problem) && !std::filesystem::is_directory(*path, problem))
         return bad_use(*path, "is not a regular file");  // opening a pipe would wait for its writer
-      const auto is = [&](std::string_view ending) { return path->ends_with(ending); };
+      const auto is = [ending = ending_of(*path)](std::string_view one) { return ending == one; };
       const bool trajectory = is(".h5") || is(".hdf5") || is_trajectory(*path);
       if (trajectory && (!quantity->empty() || options->floating))
         return bad_use(quantity->empty() ? "--floating" : "--quantity",

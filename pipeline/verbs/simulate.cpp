@@ -10,6 +10,7 @@
 #include "dynamics/formats/model_file.hpp"
 #include "dynamics/formats/scene_file.hpp"
 #include "dynamics/methods/integrator.hpp"
+#include "error/file_ending.hpp"
 #include "error/json_text.hpp"
 #include "pipeline/export/certificate_report.hpp"
 #include "pipeline/export/trajectory_file.hpp"
@@ -72,13 +73,14 @@ Result<void> check_effect(const SimulateOptions& o, const SimulationSettings& se
 
 // Whether the output shows the motion alone, in equal steps, instead of storing the whole run.
 bool shows_motion(const std::string& output) {
-  return output.ends_with(".glb") || output.ends_with(".html") || is_motion_text(output);
+  const std::string ending = ending_of(output);
+  return ending == ".glb" || ending == ".html" || is_motion_text(output);
 }
 
 Result<std::string> shown_motion(const Scene& scene, const Trajectory& trajectory,
                                  const std::string& output) {
-  if (output.ends_with(".glb")) return scene_glb(scene, trajectory);
-  if (output.ends_with(".html")) return scene_page(scene, trajectory);
+  if (ending_of(output) == ".glb") return scene_glb(scene, trajectory);
+  if (ending_of(output) == ".html") return scene_page(scene, trajectory);
   return motion_text(scene, trajectory, output);
 }
 
@@ -168,7 +170,7 @@ Result<void> film(const SimulateOptions& o, const Command& command, const Scene&
 
 Result<nlohmann::json> work(const SimulateOptions& o, const Command& command) {
   // check the output's name before the work
-  const std::string ending = std::filesystem::path(o.output).extension().string();
+  const std::string ending = ending_of(o.output);
   const bool shows = shows_motion(o.output);
   if (!o.output.empty() && ending != ".h5" && ending != ".hdf5" && ending != ".csv" && !shows)
     return bad_use(o.output,

@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "dynamics/formats/model_write.hpp"
+#include "error/file_ending.hpp"
 #include "pipeline/body/belonging.hpp"
 #include "pipeline/export/body_model.hpp"
 #include "pipeline/files/whole_file.hpp"
@@ -30,7 +31,7 @@ Result<std::vector<fs::path>> mesh_files_in(const fs::path& folder, const fs::pa
   if (folder.empty()) return out;
   std::error_code problem;
   for (const auto& entry : fs::directory_iterator(folder, problem))
-    if (entry.path().extension() == ".stl")
+    if (ending_of(entry.path()) == ".stl")
       out.push_back(fs::absolute(entry.path()).lexically_proximate(beside));
   if (problem) return failure(folder.string(), "cannot be read: " + problem.message());
   std::ranges::sort(out);
@@ -42,7 +43,7 @@ Result<std::vector<fs::path>> mesh_files_in(const fs::path& folder, const fs::pa
 // A scene holds its solids alone; models of other programs also hold landmarks, deviations and meshes.
 Result<WrittenModel> written(const SkeletonAsked& asked, const Scene& scene, const InertiaTable& table,
                              const PartInertials& parts, const Landmarks& landmarks) {
-  if (fs::path(asked.output).extension() == ".toml") {
+  if (ending_of(asked.output) == ".toml") {
     if (!asked.meshes.empty())
       return bad_use(
           asked.output,

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdio>
 
+#include "error/file_ending.hpp"
 #include "pipeline/report/scene_meshes.hpp"
 #include "pipeline/verbs/value_check.hpp"
 #include "pipeline/verbs/verb.hpp"
@@ -61,7 +62,7 @@ Result<void> check_effect(const VideoAsked& asked) {
 }
 
 Result<VideoOptions> video_options(const VideoAsked& asked) {
-  if (!asked.file.ends_with(".mp4"))
+  if (ending_of(asked.file) != ".mp4")
     return bad_use("--video " + asked.file, "is not a video file; end the name in .mp4");
   VideoOptions options;
   int read = 0;

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <numbers>
 
+#include "error/file_ending.hpp"
 #include "pipeline/verbs/inputs.hpp"
 #include "segmentation/files/image_file.hpp"
 #include "segmentation/files/volume_formats.hpp"
@@ -76,7 +77,7 @@ bool may_be_volume(const std::string& path) {
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored)) return true;
   return format_of(path, &VolumeFormat::endings).format || format_of(path, &VolumeFormat::halves).format ||
-         path.ends_with(".dcm");
+         ending_of(path) == ".dcm";
 }
 
 Result<json> volume_info(const Command& command, const std::string& path, const std::string& quantity,

@@ -57,7 +57,7 @@ TEST(Convert, NamesLossesInWarningsAndInTheAnswer) {
 
 TEST(Convert, RefusesEndingsItDoesNotKnow) {
   const TestFolder folder;
-  for (const std::string name : {"a.txt", "a", "a.XML"}) {
+  for (const std::string name : {"a.txt", "a", "a.xmlx"}) {
     const ProgramRun run = run_program("convert " + pendulum + " -o " + (folder / name).string());
     EXPECT_EQ(run.code, 2);
     EXPECT_NE(run.err.find("expected .xml or .mjcf (MuJoCo), .urdf (ROS), .osim (OpenSim) or .toml"),
@@ -66,6 +66,25 @@ TEST(Convert, RefusesEndingsItDoesNotKnow) {
     EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
   }
   EXPECT_EQ(folder.count(), 0);
+}
+
+TEST(Convert, EndingsMayBeInCapitals) {
+  const TestFolder folder;
+  for (const std::string ending : {".TOML", ".XML", ".Urdf", ".OSIM"}) {
+    const std::string file = folder / ("arm" + ending);
+    const ProgramRun made = run_program("convert " + pendulum + " -o " + file);
+    EXPECT_EQ(made.code, 0) << made.err;
+    for (const char* verb : {"info ", "evaluate "}) {
+      const ProgramRun read = run_program(verb + file);
+      EXPECT_EQ(read.code, 0) << read.err;
+    }
+  }
+  for (const std::string ending : {".CSV", ".H5", ".Html", ".BVH"}) {
+    const ProgramRun made =
+        run_program("simulate " + pendulum + " --end 0.1 -o " + (folder / ("motion" + ending)).string());
+    EXPECT_EQ(made.code, 0) << made.err;
+  }
+  EXPECT_EQ(run_program("info " + (folder / "motion.H5").string()).code, 0);
 }
 
 TEST(Convert, DoesNotOverwriteItsInput) {
