@@ -21,8 +21,8 @@ struct Equilibrium {
 /// the residual. When no step does (a horizontal pendulum), the search moves along the forces.
 ///
 /// The equilibrium may be stable or unstable: linearize() tells. Functions of time are frozen at the start's
-/// time, and `holds_at` says if that matters. Fails by name if a drive or constraint moves at that time, if the
-/// scene has contacts, or if no equilibrium is found; the last error names the coordinate or constraint
+/// time, and `holds_at` says if that matters. Fails by name if a drive or constraint moves at that time, if
+/// the scene has contacts, or if no equilibrium is found; the last error names the coordinate or constraint
 /// farthest from balance.
 Result<Equilibrium> find_equilibrium(const System& system, const State& start);
 

@@ -29,10 +29,10 @@ bool is_dicom_file(const std::string& path);
 
 /// Reads a segmentation: a file, or a folder that holds exactly one. A fractional segment claims a pixel from
 /// half of the maximum on. If several claim it that are equally used, the largest fraction wins; otherwise
-/// SegmentOverlaps decides. `names` replace the file's. `accept` checks the grid before voxels are allocated; its error is passed on.
-/// Errors: not a segmentation; frames without position or segment, not in one line, unevenly spaced or longer
-/// than any body; packed binary frames; fewer pixels than the frames need; those of SegmentOverlaps; out of
-/// memory.
+/// SegmentOverlaps decides. `names` replace the file's. `accept` checks the grid before voxels are allocated;
+/// its error is passed on. Errors: not a segmentation; frames without position or segment, not in one line,
+/// unevenly spaced or longer than any body; packed binary frames; fewer pixels than the frames need; those of
+/// SegmentOverlaps; out of memory.
 Result<DicomSegmentation> read_dicom_segmentation(const std::string& path,
                                                   const std::function<Result<void>(const Grid&)>& accept = {},
                                                   const IsUsed& is_used = {},

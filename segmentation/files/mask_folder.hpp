@@ -27,9 +27,9 @@ struct MaskFolder {
 std::vector<std::string> masks_in(const std::string& folder);
 
 /// Reads the masks, one at a time, in name order. Empty masks are left out. SegmentOverlaps decides on voxels
-/// in several masks. `accept` checks the grid before a voxel is read; its error is passed on. Errors: no mask,
-/// or all empty; masks on different grids, with several values or layers; those of SegmentOverlaps; two with
-/// the same name; more than 255 that are not empty; too large for memory.
+/// in several masks. `accept` checks the grid before a voxel is read; its error is passed on. Errors: no
+/// mask, or all empty; masks on different grids, with several values or layers; those of SegmentOverlaps; two
+/// with the same name; more than 255 that are not empty; too large for memory.
 Result<MaskFolder> read_mask_folder(const std::string& folder,
                                     const std::function<Result<void>(const Grid&)>& accept = {},
                                     const IsUsed& is_used = {}, const Progress& progress = {});

@@ -45,10 +45,11 @@ Result<ScannedVolume> read_volume(const std::string& path, const ReadOptions& op
 /// same name ending in .tsv is used if it exists (not beside DICOM, which names its segments). Names of
 /// parts.hpp get the labels of parts.hpp, other names numbers from 17 on. Without any such name the file's
 /// numbers stay if they are at most 255. Values that floating point or a scale factor moved off whole numbers
-/// are rounded. With `scan`, the labels are returned on that grid; the file may cover a part of it, reach beyond
-/// it (see `labelled` and `beyond` of the map) or store its axes in another order. Doubts go to the map's `warnings`. Errors: as read_volume; values that are not
-/// whole numbers from 0; more than 255 labels; a damaged TSV; voxels that do not coincide with the scan's
-/// (checked before any is read). Where segments overlap, parts keep their voxels (segment_overlaps.hpp).
+/// are rounded. With `scan`, the labels are returned on that grid; the file may cover a part of it, reach
+/// beyond it (see `labelled` and `beyond` of the map) or store its axes in another order. Doubts go to the
+/// map's `warnings`. Errors: as read_volume; values that are not whole numbers from 0; more than 255 labels;
+/// a damaged TSV; voxels that do not coincide with the scan's (checked before any is read). Where segments
+/// overlap, parts keep their voxels (segment_overlaps.hpp).
 Result<LabelMap> read_labels(const std::string& path, const std::string& names = "",
                              const Progress& progress = {}, const Grid* scan = nullptr);
 
