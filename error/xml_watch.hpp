@@ -12,8 +12,8 @@
 
 namespace borelli {
 
-/// Refuses references to entities whose text Expat does not put in. It is the parser's user data; a class
-/// that handles elements derives from it.
+/// Refuses references to entities whose text Expat does not insert. Expat gets it as its user data. Readers
+/// derive their handlers of elements from this class.
 class XmlWatch {
  public:
   /// `text`: the document, in memory while it is parsed.

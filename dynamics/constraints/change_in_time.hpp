@@ -1,5 +1,5 @@
-// Whether what moves a scene changes with time: an equilibrium then holds for an instant only, and small
-// deviations have no modes.
+// Finds out whether efforts, drives or constraints of a scene change with time. If they do, an equilibrium
+// holds for an instant only, and small deviations have no modes.
 #pragma once
 
 #include <string>
@@ -9,10 +9,10 @@
 
 namespace borelli {
 
-/// What changes with time in the scene, and later times (s) at which the change shows.
+/// The functions of time of a scene, and later times at which a change by them shows.
 struct ChangeInTime {
-  std::string name;  ///< of the fastest function, e.g. "effort 'push'"; empty: nothing changes
-  std::vector<double> times;
+  std::string name;           ///< of the fastest function, e.g. "effort 'push'"; empty: nothing changes
+  std::vector<double> times;  ///< s
 };
 
 /// The times are fractions and multiples of the fastest function's period after t, and the next knots of

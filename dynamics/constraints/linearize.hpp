@@ -33,8 +33,9 @@ struct Linearization {
 
 /// Linearises about a steady state: an equilibrium, or a rotation along which the equations do not change (a
 /// sleeping top). Uses the exact derivatives of the accelerations (derivatives.hpp) on the tangent space of
-/// the constraints. Fails by name if the state is not steady or violates a constraint, if the equations of
-/// motion change with time there, if a constrained state is not at rest, or if the scene has contacts.
+/// the constraints. Fails by name if the state is not steady or violates a constraint; if the equations of
+/// motion at this state change with time; if the scene has constraints and the state moves; if the scene has
+/// contacts.
 Result<Linearization> linearize(const System& system, const State& state);
 
 const char* word_for(Stability stability);

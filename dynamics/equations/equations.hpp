@@ -100,8 +100,8 @@ struct RowHandling {
 Fault update_terms(const System& system, const Parameters& parameters, double t, const double* q,
                    const double* v, Workspace& workspace);
 
-/// Kinematics, efforts, A, B and Q: update_terms without the factor of A, whose cost is n^3 for a chain of n
-/// solids, and without the constraint rows.
+/// Updates kinematics, efforts, A, B and Q. Unlike update_terms it leaves out the constraint rows and the
+/// factor of A, which takes about n^3 operations for a chain of n solids.
 Fault update_unfactored_terms(const System& system, const Parameters& parameters, double t, const double* q,
                               const double* v, Workspace& workspace);
 

@@ -35,8 +35,9 @@ Result<Evaluation> evaluate(const System& system, const State& state,
 Result<Evaluation> evaluate(const System& system, const State& state, const Eigen::VectorXd& efforts,
                             Workspace& workspace);
 
-/// Names the constraint row that the evaluated state violates most, and by how much; empty if all are met to
-/// 1e-6 of their length. The accelerations keep the rows' rates and do not correct their positions.
+/// Describes the constraint row with the largest residual relative to its length: "constraint 'rod' is
+/// violated by 0.8" (m or rad). Empty if no residual exceeds 1e-6 of its row's length. Accelerations do not
+/// correct such a residual.
 std::string violation(const System& system, const Evaluation& evaluated);
 
 /// Whether a state fits a system: sizes, finite numbers, unit quaternions (within 1e-3).

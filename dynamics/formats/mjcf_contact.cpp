@@ -73,8 +73,8 @@ constexpr const char* remedy = "<flag contact=\"disable\"/> in <option> switches
 
 }  // namespace
 
-// The friction of a pair, or of all contacts: two sliding directions, then turning and rolling. What it lacks
-// is MuJoCo's default.
+// The friction of a pair, or of all contacts: two sliding directions, then turning and rolling. Missing
+// numbers have MuJoCo's defaults.
 MjcfContacts::Rubbing MjcfContacts::rubbing_of(const XmlElement& e, const char* friction) {
   const auto given = e.numbers(friction, 1, 5);
   Rubbing out{.friction = given.empty() ? 1 : given[0]};

@@ -1,5 +1,5 @@
-// Which unread elements and attributes of MJCF change the motion.
-// What <flag> switches off does not.
+// Decides which unread elements and attributes of MJCF change the motion. Those that <flag> switches off do
+// not.
 #pragma once
 
 #include "dynamics/formats/unread.hpp"
@@ -13,7 +13,7 @@ struct MjcfSwitches {
   bool equality = true, contact = true, limits = true, friction_loss = true, actuation = true;
 };
 
-/// Marks as read what is switched off.
+/// Marks elements and attributes as read that are switched off.
 void mark_switched_off(const XmlElement& root, const MjcfSwitches& switches);
 
 }  // namespace borelli

@@ -28,7 +28,7 @@ struct OsimLayout {
 /// another file holds.
 std::vector<const XmlElement*> osim_objects(const XmlElement& parent, std::string_view set);
 
-/// The objects of any kind that a <Model> holds outside its sets: in <components> or <ComponentSet>.
+/// The objects in the <components> (OpenSim 4) and <ComponentSet> of a <Model>. They may be of any kind.
 std::vector<const XmlElement*> osim_components(const XmlElement& model);
 
 /// Bodies and joints of a <Model>: with each joint inside its child's <Body> (OpenSim 2 and 3), or in a

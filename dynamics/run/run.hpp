@@ -1,5 +1,5 @@
 // One run with one method: the loop over its steps. Its parts are steps (run_steps.cpp), what happens within
-// them (run_between.cpp), and the books of this room's other files.
+// them (run_between.cpp), and the records in this room's other files.
 #pragma once
 
 #include <limits>

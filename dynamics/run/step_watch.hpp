@@ -33,7 +33,8 @@ class StepWatch {
   std::optional<State> within_turn(const State& state) const;
 
   /// Observes a state with accelerations `a` (nv). `joined`: exactly one step without velocity jumps leads
-  /// from the previous state to this one. `within`: accelerations at within_turn(state), or null.
+  /// from the previous state to this one. `within`: the accelerations (nv) at the state that
+  /// within_turn(state) gives; null if it gives none.
   void observe(const State& state, const Eigen::VectorXd& a, bool joined,
                const Eigen::VectorXd* within = nullptr);
 

@@ -121,8 +121,7 @@ void judge_residuals(const System& system, RecordedEfforts& efforts) {
     if (reference > 0 && share > most)
       efforts.warnings.push_back(
           fmt::format("the largest residual {} at the root, {:.0f} {}, is {:.0f} % of {}; up to {:.0f} % is "
-                      "advised (Hicks and "
-                      "others, Journal of Biomechanical Engineering 137, 2015)",
+                      "advised (Hicks and others, Journal of Biomechanical Engineering 137, 2015)",
                       what, worst, unit, 100 * share, of, 100 * most));
   };
   judge(false, "force", "N", efforts.peak_force, 0.05, "the largest measured force");

@@ -306,10 +306,8 @@ std::string misfit(double rms, const MarkerMotion& recording) {
   if (!(rms > far * spread)) return "";
   return fmt::format(
       "the markers lie {:.0f} mm from the model's (root mean square), {:.0f} % of their spread; up to 20 mm "
-      "is "
-      "advised (Hicks and others, Journal of Biomechanical Engineering 137, 2015): the recording's unit, its "
-      "axes, "
-      "left and right, or the markers' names may be wrong, or the model has another size",
+      "is advised (Hicks and others, Journal of Biomechanical Engineering 137, 2015): the recording's unit, "
+      "its axes, left and right, or the markers' names may be wrong, or the model has another size",
       1e3 * rms, 100 * rms / spread);
 }
 

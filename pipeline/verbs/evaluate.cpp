@@ -155,7 +155,8 @@ struct EvaluateOptions : StateOptions {
 Result<json> work(const EvaluateOptions& o, const Command& command) {
   const auto given = read_scene_at_state(o, command);
   if (!given) return tl::unexpected(given.error());
-  // the matrix as numbers and as JSON, two of each, and as a growing text of 26 bytes a number
+  // Two copies of the matrix as numbers, two as JSON, and its text of 26 bytes a number. A text that grows
+  // may take three times its size.
   const double size = given->system.nv;
   const double bytes = size * size * (2 * sizeof(double) + 2 * sizeof(json) + 3 * 26);
   if (auto fits =

@@ -6,6 +6,8 @@
 
 #include <fmt/ranges.h>
 
+#include <map>
+
 #include "dynamics/equations/evaluate.hpp"
 #include "dynamics/formats/model_file.hpp"
 #include "scenes.hpp"
@@ -308,11 +310,11 @@ TEST(Urdf, MimicsStartWhereTheirLeadersAre) {
                       joint_text("jb", "continuous", "base", "b", "<mimic joint='ja' multiplier='-2'/>") +
                       joint_text("ja", "revolute", "base", "a", "<limit lower='.1' upper='.5'/>")))
           .scene);
+  std::map<std::string, double> starts;
+  for (const CoordinateInfo& info : system.coordinates) starts[info.name] = system.initial.q[info.q_index];
+  ASSERT_EQ(starts.size(), 3u);
   for (const auto& [name, start] : {std::pair{"ja", 0.1}, {"jb", -0.2}, {"jc", 0.8}})
-    for (const CoordinateInfo& info : system.coordinates)
-      if (info.name == name) {
-        EXPECT_DOUBLE_EQ(system.initial.q[info.q_index], start) << name;
-      }
+    EXPECT_DOUBLE_EQ(starts.at(name), start) << name;
 }
 
 // Robots in which the mimic or the joint that it follows is fixed.
