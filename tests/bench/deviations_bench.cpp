@@ -6,10 +6,12 @@
 #include <cstdlib>
 #include <string_view>
 
+#include "segmentation/volume/held_memory.hpp"
 #include "tests/pipeline/deviation_trials.hpp"
 #include "tests/pipeline/mr_trials.hpp"
 
 int main(int argc, char** argv) {
+  borelli::hold_freed_memory();
   using namespace borelli;
   const bool mr = argc > 1 && std::string_view(argv[1]) == "mr";
   if (mr) --argc, ++argv;

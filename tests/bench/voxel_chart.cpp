@@ -20,6 +20,7 @@
 #include "pipeline/charts/plot.hpp"
 #include "samples/phantom_voxels.hpp"
 #include "segmentation/labelling/segment.hpp"
+#include "segmentation/volume/held_memory.hpp"
 
 namespace borelli {
 namespace {
@@ -196,6 +197,7 @@ void draw(const std::filesystem::path& folder, const std::vector<Sample>& sample
 }  // namespace borelli
 
 int main(int argc, char** argv) {
+  borelli::hold_freed_memory();
   using namespace borelli;
   const std::filesystem::path folder = argc > 1 ? argv[1] : "voxel_chart";
   std::vector<double> sizes;

@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "segmentation/proposal/forest.hpp"
+#include "segmentation/volume/held_memory.hpp"
 #include "tests/paths.hpp"
 #include "tests/suite/body_score.hpp"
 #include "tests/suite/warped_bodies.hpp"
@@ -130,6 +131,7 @@ void print_honesty(const Table& table) {
 }  // namespace
 
 int main(int count, char** words) {
+  borelli::hold_freed_memory();
   Asked asked;
   if (!parse(count, words, asked)) {
     fmt::print(

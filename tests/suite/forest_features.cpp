@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "segmentation/proposal/voxel_features.hpp"
+#include "segmentation/volume/held_memory.hpp"
 #include "segmentation/volume/nearest_whole.hpp"
 #include "tests/suite/drawn_views.hpp"
 
@@ -137,6 +138,7 @@ int run(const Asked& asked) {
 }  // namespace
 
 int main(int count, char** words) {
+  borelli::hold_freed_memory();
   Asked asked;
   if (!parse(count, words, asked)) {
     fmt::print(stderr,

@@ -13,6 +13,7 @@
 #include <string_view>
 #include <vector>
 
+#include "segmentation/volume/held_memory.hpp"
 #include "tests/suite/labelling_score.hpp"
 
 namespace {
@@ -160,6 +161,7 @@ void try_body(const std::string& name, const suite::LabelledScan& whole, const A
 }  // namespace
 
 int main(int count, char** words) {
+  borelli::hold_freed_memory();
   Asked asked;
   if (!parse(count, words, asked)) {
     fmt::print(stderr,

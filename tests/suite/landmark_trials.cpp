@@ -14,9 +14,11 @@
 #include <string>
 #include <vector>
 
+#include "segmentation/volume/held_memory.hpp"
 #include "tests/suite/landmark_trials.hpp"
 
 int main(int count, char** words) {
+  borelli::hold_freed_memory();
   using namespace borelli;
   bool each = false;
   std::uint64_t first = 1, last = 12;

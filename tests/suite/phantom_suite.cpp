@@ -14,6 +14,8 @@
 #include <string>
 #include <vector>
 
+#include "segmentation/volume/held_memory.hpp"
+
 namespace {
 
 using namespace borelli;
@@ -60,6 +62,7 @@ void print_row(const suite::Case& asked, const suite::Score& score) {
 }  // namespace
 
 int main(int count, char** words) {
+  borelli::hold_freed_memory();
   std::vector<std::string> chosen(words + 1, words + count);
   std::ofstream list;
   if (chosen.size() > 1 && chosen[0] == "--misses") {

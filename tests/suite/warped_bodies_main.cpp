@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "segmentation/files/write.hpp"
+#include "segmentation/volume/held_memory.hpp"
 #include "tests/paths.hpp"
 #include "tests/suite/warped_bodies.hpp"
 
@@ -98,6 +99,7 @@ bool parse(int count, char** words, Asked& asked) {
 }  // namespace
 
 int main(int count, char** words) {
+  borelli::hold_freed_memory();
   Asked asked;
   if (!parse(count, words, asked)) {
     fmt::print(stderr,
