@@ -57,6 +57,12 @@ constexpr double worth_a_try = 5;
 // turnover, and the explicit one would take at most this multiple of its evaluations.
 constexpr double much_lost = 0.1, much_cheaper = 3;
 
+// If functions of time cut more than this part of the first run's steps, its error says nothing about other
+// tolerances. Further runs then have `shorter` steps and a tenth of the tolerance, which together leave at
+// most `shorter_leaves` of the error (methods of order 4 and more). At most `most_shorter` such runs are made.
+constexpr double mostly_cut = 0.9, shorter = 0.7, shorter_leaves = 0.25;
+constexpr int most_shorter = 4;
+
 // How often a run is repeated that reached its accuracy but has an untrusted certificate.
 constexpr int most_doubts = 3;
 
@@ -188,6 +194,7 @@ class Search {
       rough_ = rough_ || (!settings_.verify && is_rough(now->certificate));
       if (before_) {
         common_ = largest_part(system_, *before_, samples, settings_.accuracy) <= apart_in_range;
+        cut_before_ = before_->cut_part();
         if (judge(largest_difference(system_, *before_, samples), agree_until(*before_, samples), *now))
           return now;
       }
@@ -199,6 +206,7 @@ class Search {
       if (!before_)
         next_tolerance(std::exchange(exact_, false) ? after_apart
                                                     : std::min(0.1, first_ / chosen_.tolerance));
+      if (settings_.verify && samples.cut_part() > mostly_cut) limits_.step_share *= shorter;
       before_ = std::move(samples);
     }
   }
@@ -265,6 +273,7 @@ class Search {
       choose_tolerance();
     }
     limits_.leave_if_stiff = false;
+    shorter_runs_ = 0;
     if (!from_implicit) left_would_take_ = times * double(left.evaluations);
     limits_.evaluations = from_implicit ? worth_a_try * spent_ : left_would_take_;
   }
@@ -291,8 +300,11 @@ class Search {
 
   /// The run's error, from its difference to the coarser run before it. Infinite if the two runs part.
   double error_of(double difference) const {
-    return settings_.verify || common_ ? error_while_near(difference)
-                                       : std::numeric_limits<double>::infinity();
+    if (!settings_.verify && !common_) return std::numeric_limits<double>::infinity();
+    if (shorter_runs_ > 0) return shorter_leaves * difference;
+    // Steps that were cut in the first run may follow the tolerance in this one.
+    const double follows = settings_.verify ? 1 : 1 - std::min(cut_before_, mostly_cut);
+    return error_while_near(difference) / follows;
   }
   /// The same while the two runs follow the same motion.
   double error_while_near(double difference) const {
@@ -312,6 +324,14 @@ class Search {
     const double error = error_of(found.size);
     const bool reached = error <= settings_.accuracy;
     parted_ = parted_ || !std::isfinite(error);
+    if (shorter_runs_ > 0 ? !reached && shorter_runs_ < most_shorter
+                          : reached && !settings_.verify && cut_before_ > mostly_cut) {
+      ++shorter_runs_;
+      limits_.step_share *= shorter;
+      next_tolerance(0.1);
+      return false;
+    }
+    const bool by_steps = std::exchange(shorter_runs_, 0) > 0;
     if (!reached && chosen_.tolerance > worth_lowering * least_) {
       const bool far = rough_ && chosen_.tolerance * near_pilot < 0.99 * tolerance_before_;
       next_tolerance(far ? 0.1
@@ -332,8 +352,10 @@ class Search {
     c.evaluations = long(spent_);
     c.known_until = reached ? settings_.end_time : agree;
     tell(c, std::isfinite(error) ? error : found.size,
-         fmt::format("differs from the run at {:.2g} by {:.2g}; {} evaluations in all {} runs",
-                     tolerance_before_, found.size, c.evaluations, runs_));
+         fmt::format("differs from the run at {:.2g}{} by {:.2g}; {} evaluations in all {} runs",
+                     tolerance_before_,
+                     by_steps ? fmt::format(" with steps {:.2g} times as long", 1 / shorter) : "", found.size,
+                     c.evaluations, runs_));
     if (reached || !c.trusted) return true;
     const CoordinateInfo& worst = system_.coordinates[found.coordinate];
     c.trusted = false;
@@ -368,12 +390,14 @@ class Search {
   double spent_ = 0;            ///< evaluations so far
   double left_would_take_ = 0;  ///< evaluations that the abandoned run would take at its steps
   int runs_ = 0;
-  bool afresh_ = false;  ///< the next run is again the first of two
-  bool exact_ = false;   ///< the first run is undisturbed, because disturbed it failed
-  bool common_ = true;   ///< the last two runs agree, relative to the range of motion
-  bool parted_ = false;  ///< two runs had nothing in common
-  bool rough_ = false;   ///< a run met stops or contacts
-  int doubted_ = 0;      ///< number of runs repeated for an untrusted certificate
+  bool afresh_ = false;    ///< the next run is again the first of two
+  bool exact_ = false;     ///< the first run is undisturbed, because disturbed it failed
+  bool common_ = true;     ///< the last two runs agree, relative to the range of motion
+  bool parted_ = false;    ///< two runs had nothing in common
+  bool rough_ = false;     ///< a run met stops or contacts
+  int doubted_ = 0;        ///< number of runs repeated for an untrusted certificate
+  double cut_before_ = 0;  ///< part of the steps of the run before that functions of time cut
+  int shorter_runs_ = 0;   ///< runs with shorter steps so far
   std::optional<Samples> before_;
 };
 

@@ -7,7 +7,8 @@
 // estimate then uses the square root of the ratio, and if two runs more than 1000 times apart do not suffice,
 // the next tolerance is close to the last. With `verify`, the tolerances differ by a factor of ten and the
 // whole difference counts as the error. The first run is disturbed a little, at its start and on its way, so
-// that two runs cannot agree on a feature that both are too coarse to resolve.
+// that two runs cannot agree on a feature that both are too coarse to resolve. Where functions of time limit
+// nearly all steps, whatever the tolerance, another run with shorter steps is compared.
 //
 // Accuracy is relative to each component's scale (System::velocity_scale: 1 rad, or the length of what a
 // coordinate carries; for velocities the same per second plus their own size). It is judged at times that

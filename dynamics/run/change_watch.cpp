@@ -22,10 +22,10 @@ ChangeWatch::ChangeWatch(const System& system, const Parameters& parameters, dou
   }
 }
 
-double ChangeWatch::bounded(double step) {
-  if (!(step > longest_)) return step;
+double ChangeWatch::bounded(double step, double share) {
+  if (!(step > share * longest_)) return step;
   limited_ = true;
-  return longest_;
+  return share * longest_;
 }
 
 void ChangeWatch::take_step(double from, double made) {

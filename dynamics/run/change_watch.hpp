@@ -13,8 +13,8 @@ class ChangeWatch {
   /// `span`: the run's length, s. `tables`: as for fastest_change().
   ChangeWatch(const System& system, const Parameters& parameters, double span, bool tables);
 
-  /// `step`, or the longest step that resolves the change if that is shorter, s.
-  double bounded(double step);
+  /// `step`, or `share` of the longest step that resolves the change if that is shorter, s.
+  double bounded(double step, double share = 1);
   /// Takes note of an accepted step of `made` from time `from`, s.
   void take_step(double from, double made);
   /// Notes that steps were bounded. Distrusts the run if they were too long.

@@ -64,8 +64,12 @@ Result<void> Run::advance_adaptively(double target) {
                             std::max(std::abs(settings_.end_time), std::abs(state_.t));
   if (limits_.own_first_step && attempts_ == 0)
     if (const double h = integrator_.first_step(motion_, state_.t, y_, dy_); h > 0) step_ = h;
+  const double share = limits_.step_share;
+  const double longest =
+      share < 1 ? share * share * share * (target - state_.t) : std::numeric_limits<double>::infinity();
   while (state_.t < target && !stopped_) {
-    step_ = change_.bounded(step_);
+    const double wanted = step_;
+    step_ = std::min(change_.bounded(step_, share), longest);
     const double t = state_.t, left = target - t;
     // Land on the target without a tiny last step.
     const bool last = step_ >= left * (1 - 1e-12), whole = !last && step_ <= left / 2;
@@ -105,6 +109,10 @@ Result<void> Run::advance_adaptively(double target) {
     }
     follow_function_ *= growth_after_feature;
     step_ = std::min(step_, follow_function_);
+    if (samples_) {
+      ++samples_->steps;
+      samples_->cut_steps += h < wanted * (1 - 1e-9);
+    }
     if (auto done = accept(end, made, whole || cut); !done) return done;
     if (auto done = follow_steps(attempt); !done) return done;
   }

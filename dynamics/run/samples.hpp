@@ -16,6 +16,10 @@ struct Samples {
   /// sampling times alias.
   Eigen::VectorXd q_low, q_high, v_low, v_high;
   long evaluations = 0;  ///< of the run, also if it failed
+  long steps = 0;        ///< accepted ones of an adaptive method
+  long cut_steps = 0;    ///< of these, shorter than the tolerance asks: for functions of time, knots, the end
+
+  double cut_part() const { return steps > 0 ? double(cut_steps) / double(steps) : 0; }
 
   /// The next time at which a state is wanted, s; infinite after the last.
   double next() const {
