@@ -246,14 +246,14 @@ std::string why_not_lasting(const System& system, const State& state) {
     State later = state;
     later.t = t;
     const auto then = evaluate(system, later);
-    if (!then) return fmt::format("{} changes with time: {}", change.name, then.error().message());
+    if (!then) return fmt::format("{}: {}", change.words(), then.error().message());
     const VectorXd lengths = Eigen::Map<const VectorXd>(system.velocity_scale.data(), system.nv);
     const VectorXd gives = (then->generalized_efforts.cwiseAbs() + then->bias.cwiseAbs())
                                .cwiseQuotient(then->mass_matrix.diagonal());
     const double largest = gives.cwiseQuotient(lengths).maxCoeff(),
                  moves = then->acceleration.cwiseQuotient(lengths).cwiseAbs().maxCoeff();
     if (moves > steady * largest || !violation(system, *then).empty())
-      return fmt::format("{} changes with time: at t = {:.6g} s the state is not at rest", change.name, t);
+      return fmt::format("{}: at t = {:.6g} s the state is not at rest", change.words(), t);
   }
   return "";
 }

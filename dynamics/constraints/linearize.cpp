@@ -52,10 +52,10 @@ Result<void> check_unchanging(const System& system, const State& state, const Fo
     if (then->acceleration.cwiseQuotient(lengths).cwiseAbs().maxCoeff() > steady * largest ||
         !violation(system, *then).empty() || differ(d.acceleration_by_q, by->acceleration_by_q, largest) ||
         differ(d.acceleration_by_v, by->acceleration_by_v, std::sqrt(largest)))
-      return bad_use(change.name,
-                     fmt::format("changes the equations of motion between t = {:.6g} s and {:.6g} "
-                                 "s; small deviations have modes only if nothing changes",
-                                 state.t, t));
+      return bad_use(system.scene,
+                     fmt::format("{}: the equations of motion at t = {:.6g} s differ from those at {:.6g} s; "
+                                 "small deviations have modes only if nothing changes",
+                                 change.words(), t, state.t));
   }
   return {};
 }
