@@ -187,13 +187,15 @@ Result<std::string> scene_glb(const Scene& scene, const Trajectory& trajectory) 
   return glb(*meshes, own_frames, trajectory, settings);
 }
 
-Result<std::string> scene_page(const Scene& scene, const Trajectory& trajectory) {
+Result<std::string> scene_page(const Scene& scene, const Trajectory& trajectory,
+                               const std::vector<std::string>& warnings) {
   const auto body = scene_glb(scene, trajectory);
   if (!body) return body;
   ReportInputs page;
   page.subject = scene.name;
   page.trajectory = &trajectory;
   page.glb = *body;
+  if (!warnings.empty()) page.run = {{"warnings", warnings}};
   return report_page(page);
 }
 

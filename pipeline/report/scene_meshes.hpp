@@ -21,7 +21,8 @@ Result<std::vector<Mesh>> scene_meshes(const Scene& scene);
 /// The scene's motion for 3D viewers (glb.hpp), with one colour per solid.
 Result<std::string> scene_glb(const Scene& scene, const Trajectory& trajectory);
 
-/// The scene's motion as one self-contained page (report.hpp): player, energies, certificate.
-Result<std::string> scene_page(const Scene& scene, const Trajectory& trajectory);
+/// The scene's motion as one self-contained page (report.hpp): warnings, player, energies, certificate.
+Result<std::string> scene_page(const Scene& scene, const Trajectory& trajectory,
+                               const std::vector<std::string>& warnings = {});
 
 }  // namespace borelli

@@ -77,10 +77,10 @@ bool shows_motion(const std::string& output) {
   return ending == ".glb" || ending == ".html" || is_motion_text(output);
 }
 
-Result<std::string> shown_motion(const Scene& scene, const Trajectory& trajectory,
-                                 const std::string& output) {
+Result<std::string> shown_motion(const Scene& scene, const Trajectory& trajectory, const std::string& output,
+                                 const std::vector<std::string>& warnings) {
   if (ending_of(output) == ".glb") return scene_glb(scene, trajectory);
-  if (ending_of(output) == ".html") return scene_page(scene, trajectory);
+  if (ending_of(output) == ".html") return scene_page(scene, trajectory, warnings);
   return motion_text(scene, trajectory, output);
 }
 
@@ -114,6 +114,13 @@ Result<Trajectory> run(const SimulateOptions& o, const Command& command, const M
   // viewers interpolate linearly between rows, and steps may be long
   if ((shows_motion(o.output) || !o.video.file.empty()) && settings.output_interval == 0)
     settings.output_interval = std::min(1. / 60, settings.end_time / 300);
+  if (is_motion_text(o.output)) {  // its frames are equally far apart
+    const double span = settings.end_time - system->initial.t;
+    const double equal = span / std::max(1., std::ceil(span / settings.output_interval - 1e-6));
+    if (o.output_interval && std::abs(equal - settings.output_interval) > 1e-9 * settings.output_interval)
+      command.note(fmt::format("frames are {:.6g} s apart, so that the last one is at the end", equal));
+    if (equal > 0) settings.output_interval = equal;
+  }
   if (auto fine = check_effect(o, settings); !fine) return tl::unexpected(fine.error());
   ProgressBar bar(command.json);
   bar.begin("simulate");
@@ -172,10 +179,9 @@ Result<nlohmann::json> work(const SimulateOptions& o, const Command& command) {
   // check the output's name before the work
   const std::string ending = ending_of(o.output);
   const bool shows = shows_motion(o.output);
-  if (!o.output.empty() && ending != ".h5" && ending != ".hdf5" && ending != ".csv" && !shows)
-    return bad_use(o.output,
-                   "ends in '" + ending + "', expected .h5, .hdf5, .csv, .glb, .html, .bvh or .trc");
   if (!o.output.empty()) {
+    const auto known = expect_ending(o.output, {".h5", ".hdf5", ".csv", ".glb", ".html", ".bvh", ".trc"});
+    if (!known) return tl::unexpected(known.error());
     if (auto fine = check_writable(o.output); !fine) return tl::unexpected(fine.error());
   }
   if (auto fine = check_effect(o.video); !fine) return tl::unexpected(fine.error());
@@ -183,7 +189,8 @@ Result<nlohmann::json> work(const SimulateOptions& o, const Command& command) {
     if (const auto fine = video_options(o.video); !fine) return tl::unexpected(fine.error());
     if (auto fine = check_writable(o.video.file); !fine) return tl::unexpected(fine.error());
   }
-  const auto model = read_model(command, o.scene, o.model);
+  const auto model = ending == ".html" ? read_model_for_pages(command, o.scene, o.model)
+                                       : read_model(command, o.scene, o.model);
   if (!model) return tl::unexpected(model.error());
   const Scene& scene = model->scene;
   std::optional<CheckpointFile> checkpoint;
@@ -203,14 +210,16 @@ Result<nlohmann::json> work(const SimulateOptions& o, const Command& command) {
                     o.output.empty() && o.video.file.empty() ? "" : "nothing was written; "));
   }
   const nlohmann::json answer = answer_of(o, *model, *trajectory, !o.output.empty());
-  for (const std::string& warning : command.warnings_in_files())  // the reader of a file sees no terminal
-    trajectory->certificate.notes.push_back("warning: " + warning);
+  const std::vector<std::string> warnings = command.warnings_in_files();
+  if (ending != ".html")  // the page has a list of warnings; other files keep them with the certificate
+    for (const std::string& warning : warnings)
+      trajectory->certificate.notes.push_back("warning: " + warning);
   if (!o.output.empty()) {
     auto settled = scene;
     settled.simulation = settings_of(scene.simulation, o);
     const auto text = write_scene(settled);
     if (!text) return tl::unexpected(text.error());
-    const auto seen = shows ? shown_motion(scene, *trajectory, o.output) : std::string();
+    const auto seen = shows ? shown_motion(scene, *trajectory, o.output, warnings) : std::string();
     if (!seen) return tl::unexpected(seen.error());
     const auto done =
         shows ? write_whole(o.output, *seen) : write_whole(o.output, [&](const std::filesystem::path& path) {

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <tuple>
 
+#include "process/input_file.hpp"
 #include "program_run.hpp"
 #include "tests/paths.hpp"
 
@@ -101,6 +102,12 @@ TEST(ModelVerbs, SimulateAndInfoSayWhatIsNotModelled) {
   const std::string output = folder / "motion.h5";
   EXPECT_EQ(run_program("simulate " + file + " -o " + output).code, 0);
   EXPECT_EQ(said(run_program("info --json " + output))["solids"], json({"plate"}));
+  // a page lists it among its warnings, not in the certificate
+  const std::string page = folder / "motion.html";
+  EXPECT_EQ(run_program("simulate " + file + " -o " + page).code, 0);
+  const std::string html = read_input_file(page).value_or("");
+  EXPECT_NE(html.find("<p class=\"notice\">Warning: not modelled, so the motion differs"), html.npos);
+  EXPECT_EQ(html.find("\"warning: not modelled"), html.npos);
 }
 
 TEST(ModelVerbs, FallingMjcfBodyLands) {
