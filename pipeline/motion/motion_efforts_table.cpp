@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <optional>
+#include <set>
 
 #include "dynamics/equations/evaluate.hpp"
 #include "error/printable.hpp"
@@ -82,12 +84,17 @@ std::optional<SolidWrench> sample(const MeasuredForce& measured, double t) {
   return wrench;
 }
 
-/// Free coordinates of the root bodies.
+/// Free coordinates of the root bodies that nothing carries: those with two or three translations. (A hinge
+/// or a slide to the world is a joint like others.)
 std::vector<RootResidual> residuals_of(const System& system, const Rows& efforts) {
   std::vector<RootResidual> out;
   for (std::size_t b = 1; b < system.bodies.size(); ++b) {
     const Body& body = system.bodies[b];
     if (body.parent != 0) continue;
+    int translations = 0;
+    for (int s = body.first_step; s < body.first_step + body.step_count; ++s)
+      if (const SwitchStep& step = system.steps[std::size_t(s)]; !step.rotates) translations += step.nv;
+    if (translations < 2) continue;
     for (int s = body.first_step; s < body.first_step + body.step_count; ++s) {
       const SwitchStep& step = system.steps[std::size_t(s)];
       if (step.drive >= 0) continue;
@@ -166,6 +173,25 @@ void warn_of_gaps(const std::vector<double>& times, std::vector<std::string>& wa
                   times[at], times[at + 1], *largest / usual));
 }
 
+/// Gives absent coordinates that are functions of others (couplings) their values, and takes them off `absent`.
+void follow_couplings(const System& system, const std::map<std::string, const CoordinateInfo*>& known,
+                      std::set<std::string>& absent, Rows& q) {
+  for (bool changed = true; changed;) {  // a chain of couplings takes several rounds
+    changed = false;
+    for (const Constraint& constraint : system.parameters.constraints) {
+      const auto* coupling = std::get_if<CoordinateFunction>(&constraint.kind);
+      if (!coupling || !absent.contains(coupling->on.coordinate) ||
+          !known.contains(coupling->of.coordinate) || absent.contains(coupling->of.coordinate))
+        continue;
+      const auto of = q.col(known.at(coupling->of.coordinate)->q_index);
+      auto on = q.col(known.at(coupling->on.coordinate)->q_index);
+      for (Eigen::Index i = 0; i < q.rows(); ++i) on[i] = at(coupling->function, of[i]).value;
+      absent.erase(coupling->on.coordinate);
+      changed = true;
+    }
+  }
+}
+
 MotionTable table_by_coordinate(const System& system, const RecordedEfforts& efforts, const Rows& values,
                                 const std::string& title, bool powers) {
   MotionTable table{title, {}, efforts.times, values, false};
@@ -189,7 +215,8 @@ Result<TablePositions> positions_in(const System& system, const MotionTable& tab
   TablePositions out;
   out.positions.times = table.times;
   out.positions.q.resize(table.values.rows(), system.nq);
-  std::vector<std::string> missing;
+  std::map<std::string, const CoordinateInfo*> known;
+  std::set<std::string> absent;
   std::vector<char> used(table.columns.size(), false);
   for (const CoordinateInfo& c : system.coordinates) {
     static constexpr const char* parts[] = {".w", ".x", ".y", ".z"};
@@ -202,12 +229,18 @@ Result<TablePositions> positions_in(const System& system, const MotionTable& tab
       const bool degrees = table.in_degrees && c.angle && c.q_size == 1;
       out.positions.q.col(c.q_index + i) = table.values.col(column) * (degrees ? std::numbers::pi / 180 : 1);
     }
+    known[c.name] = &c;
     if (found) continue;
-    missing.push_back(printable(c.name));
+    absent.insert(c.name);
     for (int i = 0; i < c.q_size; ++i)
       out.positions.q.col(c.q_index + i).setConstant(system.initial.q[c.q_index + i]);
   }
-  if (missing.size() == system.coordinates.size())
+  const bool has_some = absent.size() < system.coordinates.size();
+  if (has_some) follow_couplings(system, known, absent, out.positions.q);
+  std::vector<std::string> missing;
+  for (const CoordinateInfo& c : system.coordinates)
+    if (absent.contains(c.name)) missing.push_back(printable(c.name));
+  if (!has_some)
     return bad_use("motion", fmt::format("has no column for any coordinate of the model; expected {}",
                                          name_list(missing)));
   for (Eigen::Index i = 0; i < out.positions.q.rows(); ++i)

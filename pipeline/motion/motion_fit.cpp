@@ -62,8 +62,10 @@ Result<Followed> choose_markers(const Scene& scene, const MarkerMotion& recordin
         not_recorded.push_back(marker.name);
   }
   if (out.markers.empty())
-    return bad_use("markers", scene.markers.empty()
-                                  ? "the model has no markers to follow"
+    return bad_use("markers", scene.markers.empty() ? "the model has no markers to follow"
+                              : setup
+                                  ? "the set-up follows none of the markers that model and recording share; "
+                                    "give one of them apply and a weight above 0"
                                   : fmt::format("the model has none of the recorded markers ({})",
                                                 printable_list(recording.names)));
   if (!not_in_model.empty())
@@ -278,6 +280,7 @@ Result<MotionFit> fit_motion(const Scene& scene, const System& system, const Mar
   if (unseen > 0)
     out.warnings.push_back(
         fmt::format("left out {} of {} frames, which show no marker of the model", unseen, in_range));
+  out.left_out = unseen;
   out.q.resize(Eigen::Index(rows.size()), system.nq);
   out.errors.resize(Eigen::Index(rows.size()), measured.cols());
   for (std::size_t f = 0; f < rows.size(); ++f) {
@@ -303,7 +306,7 @@ std::string misfit(double rms, const MarkerMotion& recording) {
     count += n;
   }
   const double spread = count > 0 ? std::sqrt(squares / double(count)) : 0;
-  if (!(rms > far * spread)) return "";
+  if (spread == 0 || !(rms > far * spread)) return "";  // one marker has no spread to compare with
   return fmt::format(
       "the markers lie {:.0f} mm from the model's (root mean square), {:.0f} % of their spread; up to 20 mm "
       "is advised (Hicks and others, Journal of Biomechanical Engineering 137, 2015): the recording's unit, "

@@ -32,6 +32,7 @@ struct MotionFit {
   std::vector<std::string> markers;  ///< those that were followed
   Rows errors;                       ///< #times by #markers, m; NaN where a marker was not seen
   std::vector<MarkerFrame> frames;   ///< per time
+  std::size_t left_out = 0;          ///< frames within the time range that show no marker to follow
   std::vector<std::string> warnings;
 
   double rms() const;  ///< m, root mean square over all frames and seen markers

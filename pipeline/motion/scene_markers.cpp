@@ -55,7 +55,9 @@ void start_at(Scene& scene, const System& system, const VectorXd& q) {
   for (Solid& solid : scene.solids)
     for (std::size_t i = 0; i < solid.switches.size(); ++i)
       for (const CoordinateInfo& c : system.coordinates)
-        if (c.name == coordinate_name(solid, i) && !std::holds_alternative<Locked>(solid.switches[i].motion))
+        if (const Motion& motion = solid.switches[i].motion; c.name == coordinate_name(solid, i) &&
+                                                             !std::holds_alternative<Locked>(motion) &&
+                                                             !std::holds_alternative<Coupled>(motion))
           solid.switches[i].q = {q.data() + c.q_index, q.data() + c.q_index + c.q_size};
 }
 

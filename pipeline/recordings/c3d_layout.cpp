@@ -123,6 +123,20 @@ bool frames_fill(const C3dLayout& layout, std::uint64_t size) {
   return frames_fit(layout, size) && size - layout.data - layout.frames * layout.frame_bytes() < c3d_block;
 }
 
+constexpr std::uint64_t most_counted = 65535;  // in 16 bits
+
+// Frames from the layout's start to the file's end. Zeros that only fill the last block are none.
+std::uint64_t frames_by_size(const C3dLayout& layout, std::string_view bytes) {
+  std::uint64_t frames = (bytes.size() - layout.data) / layout.frame_bytes();
+  const std::uint64_t last_block = bytes.size() - std::min<std::uint64_t>(bytes.size(), c3d_block);
+  for (; frames > layout.frames; --frames) {
+    const std::uint64_t begin = layout.data + (frames - 1) * layout.frame_bytes();
+    if (begin < last_block || bytes.substr(begin, layout.frame_bytes()).find_first_not_of('\0') != bytes.npos)
+      break;
+  }
+  return frames;
+}
+
 bool fits_better(const C3dLayout& other, const C3dLayout& layout, std::uint64_t size) {
   if (other.frames == 0 || other.frame_bytes() == 0) return false;
   return (frames_fit(other, size) && !frames_fit(layout, size)) ||
@@ -165,6 +179,13 @@ Result<C3dLayout> c3d_layout(std::string_view bytes, C3dProcessor processor, con
     warnings.push_back(
         fmt::format("header and parameters differ: {} do not fit the file's size, {} do and were used",
                     layout_in_words(first), layout_in_words(out)));
+  if (out.frames == most_counted && frames_fit(out, bytes.size()) && !frames_fill(out, bytes.size())) {
+    out.frames = frames_by_size(out, bytes);
+    if (out.frames > most_counted)
+      warnings.push_back(
+          fmt::format("counts {} frames, the most that its header can; the file's size shows {}",
+                      most_counted, out.frames));
+  }
   if (out.points == 0 && out.channels == 0)
     return failure(file, "contains neither points nor analog channels");
   if (out.frames == 0) return failure(file, "holds no frames");

@@ -104,12 +104,15 @@ class LoadsReader {
   }
 
   void warn_of_gaps(const ExternalLoad& load) {
-    const auto gaps = [](const Eigen::Matrix3Xd& values) {
-      return values.array().isNaN().colwise().any().count();
-    };
-    if (const auto count = gaps(load.measured.force) + gaps(load.measured.moment); count > 0)
-      out_.warnings.push_back(fmt::format("The force or moment of '{}' is not a number in {} rows.",
-                                          printable(load.measured.name), count));
+    const auto gaps = [](const Eigen::Matrix3Xd& values) { return values.array().isNaN().colwise().any(); };
+    Eigen::Index count = 0;
+    const auto force = gaps(load.measured.force).eval(), moment = gaps(load.measured.moment).eval();
+    for (Eigen::Index i = 0; i < std::max(force.size(), moment.size()); ++i)
+      count += (i < force.size() && force[i]) || (i < moment.size() && moment[i]);
+    if (count > 0)
+      out_.warnings.push_back(
+          fmt::format("The force or moment of '{}' is not a number in {} rows; no load acts there.",
+                      printable(load.measured.name), count));
   }
 
   const MotionTable& table_;

@@ -12,10 +12,12 @@
 namespace borelli {
 namespace {
 
+constexpr double most_weight = 1e12;  // sums of squares of larger ones lose the smaller ones
+
 double weight_of(const XmlElement& task) {
   const double weight = property_number(task, "weight", 0);
-  if (weight < 0 || std::isinf(weight))
-    task.refuse(fmt::format("has the weight {:g}, expected 0 or a positive number", weight));
+  if (!(weight >= 0 && weight <= most_weight))
+    task.refuse(fmt::format("has the weight {:g}, expected a number from 0 to {:g}", weight, most_weight));
   return weight;
 }
 

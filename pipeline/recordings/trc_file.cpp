@@ -54,7 +54,11 @@ class TrcReader {
     if (!rows_.next()) return refuse("ends before its line of keys (DataRate, CameraRate, ...)");
     const auto keys = blank_words(rows_.line());
     if (!rows_.next()) return refuse("ends before the values of its header");
-    const auto values = blank_words(rows_.line());
+    auto values = blank_words(rows_.line());
+    if (values.size() < keys.size())  // a cell between tabs may be empty
+      if (const auto cells = tab_cells(rows_.line());
+          cells.size() > values.size() && cells.size() <= keys.size())
+        values = cells;
     const auto value_of = [&](std::string_view key) -> std::string_view {
       const auto at = static_cast<std::size_t>(std::ranges::find(keys, key) - keys.begin());
       return at < std::min(keys.size(), values.size()) ? values[at] : std::string_view();
@@ -243,6 +247,20 @@ Result<TrcFile> read_trc(const std::filesystem::path& path) {
   return parse_trc(*text, path.string());
 }
 
+namespace {
+
+// One over the median interval, Hz: gaps and a short last interval do not count. 1 for a single frame.
+double usual_rate(const std::vector<double>& times) {
+  if (times.size() < 2) return 1;
+  std::vector<double> intervals;
+  for (std::size_t i = 1; i < times.size(); ++i) intervals.push_back(times[i] - times[i - 1]);
+  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
+  std::ranges::nth_element(intervals, middle);
+  return 1 / *middle;
+}
+
+}  // namespace
+
 Result<std::string> trc_text(const TrcFile& trc, const std::string& name) {
   const MarkerMotion& motion = trc.motion;
   if (auto fine = check_marker_motion(motion, name); !fine) return tl::unexpected(fine.error());
@@ -251,9 +269,7 @@ Result<std::string> trc_text(const TrcFile& trc, const std::string& name) {
     return bad_use(name,
                    fmt::format("cannot be written in '{}', expected {}", printable(trc.unit), length_units));
   const std::size_t frames = motion.frames.size();
-  const double span = motion.times.back() - motion.times.front();
-  const double mean_rate = frames > 1 ? static_cast<double>(frames - 1) / span : 1;
-  const std::string rate = decimal_text(trc.data_rate > 0 ? trc.data_rate : mean_rate);
+  const std::string rate = decimal_text(trc.data_rate > 0 ? trc.data_rate : usual_rate(motion.times));
   std::string out = fmt::format(
       "PathFileType\t4\t(X/Y/Z)\t{}\nDataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\t"
       "OrigDataStartFrame\tOrigNumFrames\n{}\t{}\t{}\t{}\t{}\t{}\t{}\t{}\nFrame#\tTime",

@@ -104,7 +104,7 @@ void print_answer(const IdOptions& o, const System& system, const RecordedEffort
                  one["peak_effort"].get<double>(), c.angle ? "N m" : "N", one["peak_power"].get<double>(),
                  one["positive_work"].get<double>() + one["negative_work"].get<double>());
     }
-  fmt::print("Residuals at the root (a body without errors has none):\n");
+  if (!efforts.residuals.empty()) fmt::print("Residuals at the root (a body without errors has none):\n");
   for (const RootResidual& r : efforts.residuals) {
     fmt::print("  {:<30} {:>8.1f} {} rms, {:.1f} {} peak", r.coordinate, r.rms, r.angle ? "N m" : "N", r.peak,
                r.angle ? "N m" : "N");
@@ -129,6 +129,9 @@ Result<json> work(IdOptions o, const Command& command) {
     if (!out.empty())
       if (auto fine = check_writable(out, {o.model, o.motion, o.forces, o.setup}); !fine)
         return tl::unexpected(fine.error());
+  for (const std::string& out : {o.output, o.powers})
+    if (!out.empty())
+      if (auto known = expect_ending(out, {".sto", ".mot"}); !known) return tl::unexpected(known.error());
   if (o.cutoff) request.cutoff = *o.cutoff;
   if (o.from) request.time_range.first = *o.from;
   if (o.to) request.time_range.second = *o.to;
@@ -144,9 +147,6 @@ Result<json> work(IdOptions o, const Command& command) {
   command.warn(positions->warnings);
   const auto loads = read_loads(o, model->scene, *system, positions->positions, request.cutoff, command);
   if (!loads) return tl::unexpected(loads.error());
-  if (loads->empty())
-    command.warn(
-        "no ground force is given, so the force that carries the body appears as a residual at the root");
   ProgressBar progress(command.json);
   progress.begin("inverse dynamics");
   request.progress = [&](double done) { progress.update(done); };
@@ -154,6 +154,9 @@ Result<json> work(IdOptions o, const Command& command) {
   progress.end("done");
   if (!efforts) return tl::unexpected(efforts.error());
   command.warn(efforts->warnings);
+  if (loads->empty() && !efforts->residuals.empty())
+    command.warn(
+        "no ground force is given, so the force that carries the body appears as a residual at the root");
   if (!o.output.empty())
     if (auto wrote = write_table(effort_table_of(*system, *efforts), o.output); !wrote)
       return tl::unexpected(wrote.error());

@@ -84,6 +84,11 @@ Result<json> work(IkOptions o, const Command& command) {
     if (!out.empty())
       if (auto fine = check_writable(out, {o.model, o.motion, o.setup}); !fine)
         return tl::unexpected(fine.error());
+  if (!o.output.empty())
+    if (auto known = expect_ending(o.output, {".mot", ".sto", ".bvh", ".trc"}); !known)
+      return tl::unexpected(known.error());
+  if (!o.errors.empty())
+    if (auto known = expect_ending(o.errors, {".sto", ".mot"}); !known) return tl::unexpected(known.error());
   if (o.from) request.time_range.first = *o.from;
   if (o.to) request.time_range.second = *o.to;
   const auto model = read_model(command, o.model, o.how);
@@ -115,6 +120,9 @@ Result<json> work(IkOptions o, const Command& command) {
   if (!fit) return tl::unexpected(fit.error());
   command.warn(fit->warnings);
   command.warn(misfit(fit->rms(), recording->markers));
+  if (ending_of(o.output) == ".bvh" && fit->left_out > 0)
+    command.warn(fmt::format(
+        "frames that were left out between others are interpolated in {}, since BVH has no gaps", o.output));
   if (!o.output.empty()) {
     const auto text =
         is_motion_text(o.output)

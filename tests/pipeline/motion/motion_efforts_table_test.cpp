@@ -145,6 +145,38 @@ tensor = [1, 1, 1]
       << warnings(11, 0)[0];
 }
 
+// r = 5 x follows x without a column of its own: its moment is I r'' = 5 I x''.
+TEST(MotionEffortsTable, CoupledCoordinatesFollowTheirFunctions) {
+  const System system = need(compile(need(parse_scene(R"(
+gravity = [0, 0, 0]
+[[solid]]
+name = "rack"
+joint = {translation = "z", name = "x"}
+mass = 2
+tensor = [1, 1, 1]
+[[solid]]
+name = "gear"
+joint = {rotation = "z", name = "r", coupled = {to = "x", function = [0.1, 5]}}
+mass = 1
+tensor = [2, 2, 3]
+)",
+                                                      "gear.toml"))));
+  MotionTable table{"x", {"x"}, {}, Eigen::MatrixXd(401, 1), false};
+  for (int i = 0; i < 401; ++i) {
+    table.times.push_back(0.005 * i);
+    table.values(i, 0) = 0.2 * std::sin(3 * 0.005 * i);
+  }
+  const TablePositions motion = need(positions_in(system, table));
+  EXPECT_TRUE(motion.warnings.empty()) << motion.warnings[0];
+  const RecordedEfforts efforts = need(efforts_of(system, motion.positions, {}, {}));
+  const Eigen::Index middle = 200;
+  const double acceleration = -9 * 0.2 * std::sin(3.);
+  for (const CoordinateInfo& c : system.coordinates)
+    EXPECT_NEAR(efforts.efforts(middle, c.v_index), c.name == "r" ? 3 * 5 * acceleration : 2 * acceleration,
+                1e-5);
+  EXPECT_TRUE(efforts.residuals.empty());  // the world carries both
+}
+
 TEST(MotionEffortsTable, ColumnsMayBePathsOfStates) {
   const System system = pendulum();
   MotionTable table = swing(5, 0.1);

@@ -7,6 +7,7 @@
 
 #include "dynamics/equations/evaluate.hpp"
 #include "dynamics/formats/model_file.hpp"
+#include "dynamics/formats/scene_file.hpp"
 #include "pipeline/motion/scaled_scene.hpp"
 #include "pipeline/recordings/recording.hpp"
 #include "tests/paths.hpp"
@@ -91,6 +92,39 @@ TEST(StaticFit, FindsTheFactorsOfSegments) {
       EXPECT_NEAR(fit.factors[i], factors[i], 0.02) << scene.solids[i].name;
     }
   EXPECT_LT(fit.rms_after, 0.002);
+}
+
+// The start is the trial's pose; a coupled coordinate has none of its own.
+TEST(StaticFit, KeepsCouplings) {
+  const Scene scene = need(parse_scene(R"(
+[[solid]]
+name = "arm"
+joint = {rotation = "y", name = "shoulder"}
+mass = 1
+centre = [0, 0, -0.5]
+tensor = [1, 1, 1]
+[[solid]]
+name = "hand"
+parent = "arm"
+joint = [{translation = "z", value = -1, locked = true},
+  {rotation = "y", name = "wrist", coupled = {to = "shoulder", function = [0, 0.5]}}]
+mass = 1
+tensor = [1, 1, 1]
+[[marker]]
+name = "a"
+at = {solid = "arm", point = [0.2, 0, -0.4]}
+[[marker]]
+name = "b"
+at = {solid = "arm", point = [0, 0.3, -0.8]}
+[[marker]]
+name = "c"
+at = {solid = "hand", point = [0.1, 0, -0.3]}
+)",
+                                       "arm.toml"));
+  const StaticFit fit = need(fit_static(scene, trial_of(scene, {0.4, 0.2}), {}));
+  const System system = need(compile(fit.scene));
+  for (const CoordinateInfo& c : system.coordinates)
+    EXPECT_NEAR(system.initial.q[c.q_index], c.name == "wrist" ? 0.2 : 0.4, 1e-6) << c.name;
 }
 
 TEST(StaticFit, PutsTheMarkersWhereTheTrialShowsThem) {

@@ -77,6 +77,16 @@ TEST(TrcFile, AFileReadWrittenAndReadIsTheSameToTheLastBit) {
   }
 }
 
+TEST(TrcFile, RateIsThatOfTheUsualInterval) {
+  TrcFile trc;
+  trc.motion.names = {"A"};
+  for (const double t : {0., 0.3, 0.6, 1.5, 1.8, 1.9})  // a gap, and a short last interval
+    trc.motion.times.push_back(t), trc.motion.frames.push_back(Eigen::Matrix3Xd::Zero(3, 1));
+  const auto read = parse_trc(trc_text(trc, "a.trc").value(), "a.trc");
+  ASSERT_TRUE(read);
+  EXPECT_NEAR(read->data_rate, 1 / 0.3, 1e-9);
+}
+
 TEST(TrcFile, EveryUnitIsReadAsMetres) {
   for (const auto& [unit, x] : {std::pair{"mm", 0.001},
                                 {"cm", 0.01},
@@ -144,8 +154,9 @@ TEST(TrcFile, LayoutsOfOtherProgramsAreRead) {
       "PathFileType  4 (X/Y/Z) a\nDataRate CameraRate NumFrames NumMarkers Units\n100 50 2 2 mm\n"
       "Frame# Time LASI RASI\n X1 Y1 Z1 X2 Y2 Z2\n1 0.00 1 2 3 4 5 6\n2 0.01 7 8 9 10 11 12.5";
   for (const std::string& text :
-       {trc_head + two_rows, windows, "\xef\xbb\xbf" + trc_head + two_rows, shifted + two_rows,
-        many_tabs + two_rows, blanks, trc_head + "\t\t\t\t\t\t\t\t\n" + two_rows + "\n\n"}) {
+       {trc_head + two_rows, replaced(trc_head, "\t50.00\t", "\t\t") + two_rows, windows,
+        "\xef\xbb\xbf" + trc_head + two_rows, shifted + two_rows, many_tabs + two_rows, blanks,
+        trc_head + "\t\t\t\t\t\t\t\t\n" + two_rows + "\n\n"}) {
     const auto motion = trc_motion(text);
     EXPECT_EQ(motion.names, plain.names) << text;
     EXPECT_EQ(motion.times, plain.times) << text;
