@@ -45,13 +45,15 @@ std::vector<double> momentum_errors(const System& system, const Trajectory& t) {
   return out;
 }
 
-void judge_energy(LongRun& run) {
+/// `rounding`: a change that rounding alone may make over the run.
+void judge_energy(LongRun& run, double rounding) {
   const std::size_t count = run.energy.size(), quarter = count / 4;
   if (quarter == 0) return;
   const auto [low, high] = std::minmax_element(run.energy.begin(), run.energy.begin() + long(quarter));
   run.swing = *high - *low;
   const double change = mean(run.energy, count - quarter, count) - mean(run.energy, 0, quarter);
   run.drift = change / (mean(run.times, count - quarter, count) - mean(run.times, 0, quarter));
+  if (std::abs(change) <= rounding) return;
   run.secular = std::abs(change) > run.swing;
   // A drift smaller than the swing is still secular if the means of all eighths are monotone (by chance in
   // one of 20000 runs) and the change exceeds the random part of the swing's mean.
@@ -83,7 +85,11 @@ LongRun one_run(const System& system, SimulationSettings how, long steps) {
     out.energy.push_back((t->kinetic[i] + t->potential[i] - t->work[i] - t->kinetic[0] - t->potential[0]) /
                          turnover);
   out.momentum = momentum_errors(system, *t);
-  judge_energy(out);
+  double largest = 0;
+  for (std::size_t i = 0; i < t->times.size(); ++i)
+    largest = std::max(largest, std::abs(t->kinetic[i]) + std::abs(t->potential[i]));
+  // one rounding of the energies a step
+  judge_energy(out, double(steps) * std::numeric_limits<double>::epsilon() * largest / turnover);
   return out;
 }
 

@@ -342,7 +342,7 @@ Result<nlohmann::json> work_on_long_runs(const StabilityOptions& o, const Comman
                  run.energy.empty()
                      ? run.reason
                      : fmt::format("{} {:10.2g} 1/s, swing {:10.2g}{}{}",
-                                   run.secular   ? "grows steadily "
+                                   run.secular   ? run.drift > 0 ? "gains steadily " : "loses steadily "
                                    : run.large() ? "off by more than a tenth, drift"
                                                  : "bounded, drift",
                                    run.drift, run.swing, run.reason.empty() ? "" : "; ", run.reason));

@@ -60,6 +60,18 @@ TEST(LongRuns, EnergyDriftsOrStaysBoundedAsInTheory) {
   for (const LongRun& run : runs.runs) EXPECT_TRUE(run.momentum.empty());  // the world holds the spring
 }
 
+// Gauss methods keep a quadratic energy: what is left is rounding.
+TEST(LongRuns, RoundingIsNoDrift) {
+  for (const long steps : {1000L, 5000L, 20000L}) {
+    const LongRuns runs =
+        long_runs(oscillator(),
+                  {.methods = {"implicit_midpoint", "gauss4", "gauss6"}, .steps = steps, .step = 0.01})
+            .value();
+    for (const LongRun& run : runs.runs)
+      EXPECT_FALSE(run.secular) << run.method << ", " << steps << " steps: " << run.drift;
+  }
+}
+
 TEST(LongRuns, FindsDriftBelowTheSwingAndLargeErrors) {
   // generalized_alpha dissipates 2.7e-7 of the energy over 200 s, less than it oscillates
   const LongRun alpha =
