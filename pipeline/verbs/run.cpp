@@ -35,6 +35,7 @@ struct RunAsked {
   std::string out, quantity, table_tolerance, model_tolerance;
   VideoAsked video;
   bool work_grid_chosen = false, tolerance_chosen = false;
+  std::string without_effect;  ///< an option of the other kind of motion: leap or captured
 };
 
 // The default name of the subject: the file's name without its extensions. A folder's name is often the
@@ -199,6 +200,10 @@ Result<void> check_motion(const RunAsked& asked) {
   if (asked.tolerance_chosen && !settings.method.empty() && !method_is_adaptive(settings.method))
     return bad_use("--tolerance", "has no effect with " + settings.method +
                                       ", whose steps have a fixed length; give --step");
+  if (!asked.without_effect.empty())
+    return bad_use(asked.without_effect, settings.captured.motion.empty()
+                                             ? "applies only to a recorded motion; add --motion FILE"
+                                             : "shapes the leap, which --motion replaces; leave it out");
   return check_captured(settings);
 }
 
@@ -439,6 +444,13 @@ void add_run(CLI::App& program, Command& command) {
   verb->callback([&command, asked, verb] {
     asked->work_grid_chosen = verb->count("--work-grid") > 0;
     asked->tolerance_chosen = verb->count("--tolerance") > 0;
+    const bool captured = !asked->run.captured.motion.empty();
+    for (const char* option : captured ? std::vector{"--flight-time", "--somersault-rate", "--tuck",
+                                                     "--muscle-frequency", "--damping-ratio"}
+                                       : std::vector{"--cut-off", "--band-draws", "--bvh-unit"}) {
+      if (verb->count(option) > 0) asked->without_effect = option;
+      verb->get_option(option)->configurable(false);
+    }
     // settings without effect are not stored, so that the stored settings can be run again:
     const bool named = !asked->run.method.empty();
     if (named) verb->get_option("--accuracy")->configurable(false);
