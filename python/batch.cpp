@@ -4,7 +4,9 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <atomic>
+#include <cmath>
 
 #include "dynamics/equations/evaluate.hpp"
 #include "python/common.hpp"
@@ -145,6 +147,8 @@ py::array efforts_at(const CompiledScene& s, const Numbers& q, const Numbers& v,
   const States states{system, t, count, given_rows(q, count, system.nq, "q"),
                       given_rows(v, count, system.nv, "v")};
   const GivenRows given = given_rows(a, count, system.nv, "a");
+  if (!std::all_of(a.data(), a.data() + a.size(), [](double x) { return std::isfinite(x); }))
+    refuse("a", "contains a number that is not finite");
   py::array_t<double> out({count, py::ssize_t(system.nv)});
   double* const to = out.mutable_data();
   released([&] {

@@ -10,6 +10,7 @@
 #include <chrono>
 #include <exception>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -70,7 +71,10 @@ class Watch {
     try {
       if (due && PyErr_CheckSignals() != 0) throw py::error_already_set();
       if (callback_.is_none()) return true;
-      return !callback_(args...).is(py::bool_(false));
+      const py::object answer = callback_(args...);
+      const bool says = py::isinstance<py::bool_>(answer) ||
+                        std::string_view(Py_TYPE(answer.ptr())->tp_name).starts_with("numpy.bool");
+      return !says || answer.cast<bool>();
     } catch (...) {
       raised_ = std::current_exception();
       return false;

@@ -265,7 +265,7 @@ void add_equations(py::module_& m) {
   system.def(py::init([](const std::shared_ptr<ModelFile>& scene) {
                return std::const_pointer_cast<CompiledScene>(compiled(std::make_shared<ModelFile>(*scene)));
              }),
-             py::arg("scene"),
+             py::arg("scene").none(false),
              "Compiles a scene. Raises Error that names the wrong solid, joint or constraint.");
   define_names(system);
   define_states(system);

@@ -36,6 +36,8 @@ std::shared_ptr<PartedScan> run_segmentation(const NamedScan& scan, double step,
   options.progress = [&](double share, std::string_view next) { watch.go_on(share, next); };
   const GreyVolume& volume = scan.scan.volume;
   std::optional<ClassLabels> others;
+  if (classes.is_none() && !(mapping.empty() && names.empty()))
+    refuse(mapping.empty() ? "class_names" : "mapping", "has no effect without classes");
   if (!classes.is_none()) {
     if (mapping.empty())
       refuse(

@@ -39,7 +39,14 @@ template <class T>
 std::optional<T> taken(py::dict& options, const char* name) {
   if (!options.contains(name)) return std::nullopt;
   const py::object value = options.attr("pop")(name);
-  return value.is_none() ? std::nullopt : std::optional<T>(value.cast<T>());
+  if (value.is_none()) return std::nullopt;
+  try {
+    return value.cast<T>();
+  } catch (const py::cast_error&) {
+    refuse(name, std::is_same_v<T, std::string> ? "is not a text"
+                 : std::is_same_v<T, bool>      ? "is neither True nor False"
+                                                : "is not a number");
+  }
 }
 
 template <class Choice>

@@ -184,6 +184,11 @@ Table measure_parts(const NamedScan& scan, const py::object& given, const py::ob
       py::isinstance<PartedScan>(given) ? &given.cast<const PartedScan&>() : nullptr;
   const LabelMap& labels =
       parted ? parted->found.labels : object_of<LabelMap>(given, "a borelli.Segmentation or borelli.Labels");
+  if (!(asked.stature >= 0 && std::isfinite(asked.stature)))
+    refuse("stature",
+           fmt::format("is {:g} m; expected a positive number, or 0 if it is unknown", asked.stature));
+  if (!(asked.blur_reach >= 0 && std::isfinite(asked.blur_reach)))
+    refuse("blur_reach", fmt::format("is {:g} mm; expected a number of at least 0", asked.blur_reach));
   MeasureOptions options = measure_options(asked, scan.scan, labels.names);
   const std::string cuts = parted ? std::string(name_of(parted->found.convention)) : asked.convention;
   if (!cuts.empty()) options.cuts = cuts;
@@ -364,7 +369,7 @@ void add_tables(py::module_& m) {
       "segments: 'trunk,arm_left' merges parts; threads: 0: all.\n\n"
       "The GIL is released. Doubts are DoubtWarnings and stay in `warnings`.");
   m.def(
-      "skeleton", &skeleton_of, py::arg("table"), py::arg("landmarks"), py::kw_only(),
+      "skeleton", &skeleton_of, py::arg("table").none(false), py::arg("landmarks").none(false), py::kw_only(),
       py::arg("name") = "body", py::arg("leap") = true,
       "The Scene of a table's parts, joined at the landmarks. leap: it starts with a somersault, its joints\n"
       "are springs; otherwise it rests without springs. Doubts are DoubtWarnings.");

@@ -53,19 +53,25 @@ Grid grid_of(const py::array& voxels, const Numbers& axes, const Numbers& origin
     refuse("axes", "are neither 3 spacings nor a 3 x 3 matrix");
   if (!grid.axes.allFinite() || grid.voxel_volume() == 0) refuse("axes", "span no volume");
   grid.origin = vector_of(origin, 3, "origin");
+  if (!grid.origin.allFinite()) refuse("origin", "is not finite");
   return grid;
 }
 
-// The voxels of an array of any kind, i fastest; `what` are whole numbers from `least` to `most`.
+// The voxels of an array of any kind, i fastest, rounded. `exact`: refuses what is not nearly a whole number.
 template <class T>
-std::vector<T> voxels_of(py::array voxels, const std::string& what) {
+std::vector<T> voxels_of(py::array voxels, const std::string& what, bool exact = false) {
   using Limits = std::numeric_limits<T>;
   if (!voxels.dtype().is(py::dtype::of<T>()) && voxels.size() > 0) {
     const auto least = voxels.attr("min")().cast<double>(), most = voxels.attr("max")().cast<double>();
     if (!(least >= Limits::min() && most <= Limits::max()))
       refuse(what, fmt::format("lie between {:g} and {:g}; they must fit {} to {}", least, most,
                                int(Limits::min()), int(Limits::max())));
-    voxels = py::module_::import("numpy").attr("rint")(voxels);
+    const py::module_ numpy = py::module_::import("numpy");
+    const py::array whole = numpy.attr("rint")(voxels);
+    constexpr double most_off = 0.01;  // labels that a program stored as floating-point numbers
+    if (exact && !numpy.attr("allclose")(voxels, whole, 0, most_off).cast<bool>())
+      refuse(what, "are not whole numbers");
+    voxels = whole;
   }
   const py::array_t<T, py::array::f_style | py::array::forcecast> whole(voxels);
   return std::vector<T>(whole.data(), whole.data() + whole.size());
@@ -92,7 +98,7 @@ std::shared_ptr<LabelMap> labels_from(const py::object& given, const Numbers& ax
   const py::array voxels = array_of(given);
   auto out = std::make_shared<LabelMap>();
   out->grid = grid_of(voxels, axes, origin);
-  out->voxels = voxels_of<std::uint8_t>(voxels, "labels");
+  out->voxels = voxels_of<std::uint8_t>(voxels, "labels", true);
   if (names.empty())
     for (const Part& part : parts) names.emplace_back(part.name);
   for (const std::uint8_t label : out->voxels)
@@ -167,7 +173,8 @@ void add_landmarks(py::module_& m) {
           return write_landmarks(part.string(), all);
         }));
       },
-      py::arg("path"), py::arg("landmarks"), "Writes landmarks as JSON, which the program reads.");
+      py::arg("path"), py::arg("landmarks").none(false),
+      "Writes landmarks as JSON, which the program reads.");
 }
 
 void add_labels(py::module_& m) {
@@ -221,6 +228,7 @@ Landmarks landmarks_of(const py::object& given) {
       out[key] = {vector_of(numbers_of(py::reinterpret_borrow<py::object>(value), "landmark " + key), 3,
                             "landmark " + key),
                   0, 0, "given"};
+    if (!out[key].point.allFinite()) refuse("landmark " + key, "is not finite");
   }
   return out;
 }

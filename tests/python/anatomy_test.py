@@ -119,6 +119,14 @@ class Body(unittest.TestCase):
         np.testing.assert_array_equal(back.voxels, self.volume.voxels)
         with self.assertRaisesRegex(borelli.Error, "they must fit -32768 to 32767"):
             borelli.Volume(np.full((2, 2, 2), 1e6), [1, 1, 1])
+        with self.assertRaisesRegex(borelli.Error, "are not whole numbers"):
+            borelli.Labels(np.full((2, 2, 2), 1.5), [1, 1, 1])
+        with self.assertRaisesRegex(borelli.Error, "origin: is not finite"):
+            borelli.Volume(np.zeros((2, 2, 2)), [1, 1, 1], origin=[np.nan, 0, 0])
+        with self.assertRaises(TypeError):
+            borelli.skeleton(None, {})
+        with self.assertRaisesRegex(borelli.Error, "hip: is not finite"):
+            borelli.write_landmarks("not_written.json", {"hip": [np.nan, 0, 0]})
         with self.assertRaisesRegex(borelli.Error, "which has no name"):
             borelli.Labels(np.full((2, 2, 2), 200), [1, 1, 1])
 

@@ -219,11 +219,16 @@ class Refusals(unittest.TestCase):
                            ("contain 'no'; known: euler", lambda: borelli.chart(scene, methods=["no"])),
                            ("projection or baumgarte", lambda: borelli.simulate(scene, constraints="none")),
                            ("is not a finite number", lambda: system.evaluate(system.state(q=[np.nan, 0]))),
+                           ("duration: is not a number", lambda: borelli.simulate(scene, duration="1")),
+                           ("a: contains a number that is not finite",
+                            lambda: borelli.inverse_dynamics(system, [[0, 0]], [[0, 0]], [[np.nan, 0]])),
                            ("v: does not have the shape (2, 2)",
                             lambda: borelli.accelerations(system, [[0, 0], [0, 0]], [[0, 0]]))]:
             with self.assertRaises(borelli.Error) as raised:
                 act()
             self.assertIn(words, str(raised.exception))
+        with self.assertRaises(TypeError):
+            borelli.System(None)
 
     def test_objects_of_another_kind_are_type_errors(self):
         scene = scene_of("double_pendulum")
