@@ -256,7 +256,7 @@ double usual_rate(const std::vector<double>& times) {
   for (std::size_t i = 1; i < times.size(); ++i) intervals.push_back(times[i] - times[i - 1]);
   const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
   std::ranges::nth_element(intervals, middle);
-  return 1 / *middle;
+  return std::round(1e6 / *middle) / 1e6;  // without the rounding of times
 }
 
 }  // namespace

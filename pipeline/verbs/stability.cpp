@@ -250,6 +250,12 @@ Result<nlohmann::json> work_on_map(const StabilityOptions& o, const Command& com
   for (const auto& [text, what, ladder] : {std::tuple(&o.steps, "--steps", &settings.steps),
                                            std::tuple(&o.tolerances, "--tolerances", &settings.tolerances)}) {
     if (text->empty()) continue;
+    const bool of_adaptive = ladder == &settings.tolerances;
+    if (!o.methods.empty() && std::ranges::none_of(o.methods, [&](const std::string& method) {
+          return method_is_adaptive(method) == of_adaptive;
+        }))
+      return bad_use(what, of_adaptive ? "has no effect, since all methods have fixed steps; give --steps"
+                                       : "has no effect, since all methods are adaptive; give --tolerances");
     auto parsed = parse_ladder(*text, what);
     if (!parsed) return tl::unexpected(parsed.error());
     *ladder = std::move(*parsed);

@@ -171,6 +171,9 @@ TEST(StabilityVerb, RefusesBadUseInOneSentence) {
   refused("--steps=-1,1", "a step or tolerance is -1");
   refused("--long 100 --steps 1:2", "long runs need one positive number");
   refused(samples + "pendulum.toml --vary gravity[2]=1:2", "applies to a single scene");
+  refused("--methods dop853 --steps 0.01", "--steps: has no effect, since all methods are adaptive");
+  refused("--methods rk4 --tolerances 1e-6",
+          "--tolerances: has no effect, since all methods have fixed steps");
 }
 
 // ---- failing scenes ----

@@ -84,7 +84,7 @@ TEST(TrcFile, RateIsThatOfTheUsualInterval) {
     trc.motion.times.push_back(t), trc.motion.frames.push_back(Eigen::Matrix3Xd::Zero(3, 1));
   const auto read = parse_trc(trc_text(trc, "a.trc").value(), "a.trc");
   ASSERT_TRUE(read);
-  EXPECT_NEAR(read->data_rate, 1 / 0.3, 1e-9);
+  EXPECT_NEAR(read->data_rate, 1 / 0.3, 1e-6);
 }
 
 TEST(TrcFile, EveryUnitIsReadAsMetres) {
