@@ -2,12 +2,16 @@
 
 #include <fcntl.h>
 #include <poll.h>
+#include <pthread.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/time.h>
 #include <sys/wait.h>
 #include <unistd.h>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
 #include <algorithm>
 #include <array>
@@ -43,6 +47,22 @@ std::uint64_t mapped_bytes() {
   return std::uint64_t{pages} * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
 }
 
+// Address space that threads of a library take besides what it allocates: a stack each, for one a processor.
+// (JPEG 2000's codec starts that many.)
+std::uint64_t bytes_of_stacks() {
+  std::size_t stack = std::size_t{8} << 20, guard = 0;
+#ifdef __GLIBC__
+  pthread_attr_t usual;
+  if (pthread_getattr_default_np(&usual) == 0) {
+    pthread_attr_getstacksize(&usual, &stack);
+    pthread_attr_getguardsize(&usual, &guard);
+    pthread_attr_destroy(&usual);
+  }
+#endif
+  const long processors = std::max(sysconf(_SC_NPROCESSORS_CONF), 1L);
+  return static_cast<std::uint64_t>(processors) * (stack + guard);
+}
+
 void write_all(int file, std::string_view text) {
   while (!text.empty()) {
     const ssize_t count = write(file, text.data(), text.size());
@@ -64,7 +84,10 @@ void write_all(int file, std::string_view text) {
   const rlimit no_core{0, 0};
   setrlimit(RLIMIT_CORE, &no_core);
   if (may_limit_mappings) {
-    const rlimit mappings{mapped_bytes() + limits.bytes, RLIM_INFINITY};
+#ifdef __GLIBC__
+    mallopt(M_ARENA_MAX, 1);  // a heap for each thread would reserve 128 MiB each
+#endif
+    const rlimit mappings{mapped_bytes() + bytes_of_stacks() + limits.bytes, RLIM_INFINITY};
     setrlimit(RLIMIT_AS, &mappings);
   }
   if (limits.processor_seconds > 0) {  // SIGPROF ends the child; other processes' time does not count

@@ -205,10 +205,12 @@ TEST_F(RunVerb, RecordsEveryFileItWrites) {
   std::string walk = "walk\nversion=1\nnRows=20\nnColumns=2\ninDegrees=yes\nendheader\ntime\tknee_left\n";
   for (int row = 0; row < 20; ++row) walk += fmt::format("{}\t{}\n", 0.01 * row, row);
   folder.write("walk.mot", walk);
+  std::string without_leap = words();
+  without_leap.erase(without_leap.find(" --flight-time 0.1"), 18);
   for (const std::string& run :
        {path("scan.mhd") + words() + " --skin --segments trunk,thigh_left,thigh_right",
         path("scan.mhd") + words() + " --model-tolerance 50%",
-        path("scan.mhd") + words() + " --band-draws 1 --motion " + path("walk.mot")}) {
+        path("scan.mhd") + without_leap + " --band-draws 1 --motion " + path("walk.mot")}) {
     fs::remove_all(folder / "out");
     stages_done(run);
     auto [found, recorded] = found_and_recorded(folder / "out/s");
@@ -326,6 +328,12 @@ TEST_F(RunVerb, FailedRunSaysEachWarningOnceAndWithoutFolders) {
   header.replace(header.find("scan.raw"), 8, "rounded.raw");
   folder.write("rounded.mhd", header);
   fs::copy_file(folder / "labels.tsv", folder / "rounded.tsv");
+  const std::string motion = " --motion " + path("short.mot"), both = path("scan.mhd") + words();
+  EXPECT_NE(run_program("run " + both + motion).err.find("--flight-time: shapes the leap"),
+            std::string::npos);
+  EXPECT_NE(
+      run_program("run " + both + " --cut-off 3").err.find("--cut-off: applies only to a recorded motion"),
+      std::string::npos);
   folder.write("short.mot",
                "walk\nversion=1\nnRows=2\nnColumns=2\ninDegrees=yes\nendheader\ntime\tknee_left\n"
                "0\t0\n0.1\t5\n");

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <latch>
 #include <stdexcept>
 #include <thread>
 #include <vector>
@@ -91,6 +92,25 @@ TEST(Child, IsRefusedMemoryBeyondItsLimit) {
     return much[1000] == 'x' ? Result<void>{} : failure("", "");
   });
   EXPECT_EQ(words(answer), "a file: unpacking it took more than 256 MiB of memory");
+}
+
+// JPEG 2000's codec starts a thread for each processor: their stacks and heaps are not what the limit is for.
+TEST(Child, MayStartAThreadForEachProcessor) {
+  const long processors = sysconf(_SC_NPROCESSORS_CONF);
+  const auto work = [&]() -> Result<void> {
+    std::latch all(processors);
+    std::vector<std::thread> threads;
+    for (long i = 0; i < processors; ++i)
+      threads.emplace_back([&] {
+        const std::vector<char> some(1000, 'x');
+        all.arrive_and_wait();
+      });
+    for (std::thread& thread : threads) thread.join();
+    return {};
+  };
+  EXPECT_EQ(
+      words(in_child("a file", "unpacking it", {.seconds = 20, .bytes = std::uint64_t{16} << 20}, work)),
+      "done");
 }
 
 TEST(Child, WorksFromAnyThread) {
