@@ -112,13 +112,16 @@ mass = 1
 tensor = [1, 1, 1]
 [[marker]]
 name = "a"
-at = {solid = "arm", point = [0.2, 0, -0.4]}
+solid = "arm"
+point = [0.2, 0, -0.4]
 [[marker]]
 name = "b"
-at = {solid = "arm", point = [0, 0.3, -0.8]}
+solid = "arm"
+point = [0, 0.3, -0.8]
 [[marker]]
 name = "c"
-at = {solid = "hand", point = [0.1, 0, -0.3]}
+solid = "hand"
+point = [0.1, 0, -0.3]
 )",
                                        "arm.toml"));
   const StaticFit fit = need(fit_static(scene, trial_of(scene, {0.4, 0.2}), {}));

@@ -108,8 +108,10 @@ TEST(InverseKinematicsSetup, BadFilesAreRefused) {
   const auto task = [](const std::string& inside) {
     return "<IKTaskSet><objects><IKMarkerTask name=\"a\">" + inside + "</IKMarkerTask></objects></IKTaskSet>";
   };
+  EXPECT_NE(ik_error(task("<weight>1e308</weight>")).find("expected a number from 0 to 1e+12"),
+            std::string::npos);
   EXPECT_EQ(ik_error(task("<weight>-1</weight>")),
-            "IKMarkerTask 'a': has the weight -1, expected 0 or a positive number");
+            "IKMarkerTask 'a': has the weight -1, expected a number from 0 to 1e+12");
   EXPECT_EQ(ik_error(task("<weight>heavy</weight>")), "weight: is 'heavy', expected a number");
   EXPECT_EQ(ik_error(task("<weight>nan</weight>")), "weight: is 'nan', expected a number");
   EXPECT_EQ(ik_error(task("<weight>1</weight><weight>2</weight>")),
