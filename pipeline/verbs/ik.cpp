@@ -3,6 +3,7 @@
 
 #include <chrono>
 
+#include "error/file_ending.hpp"
 #include "pipeline/files/whole_file.hpp"
 #include "pipeline/motion/motion_fit.hpp"
 #include "pipeline/motion/motion_text.hpp"
@@ -95,6 +96,8 @@ Result<json> work(IkOptions o, const Command& command) {
   if (!model) return tl::unexpected(model.error());
   const auto system = compile(model->scene);
   if (!system) return in_file(o.model, system.error());
+  if (o.unit > 0 && ending_of(o.motion) != ".bvh")
+    return bad_use("--bvh-unit", "applies only to a motion in .bvh; leave it out");
   const auto recording = read_recording(o.motion, o.unit);
   if (!recording) return tl::unexpected(recording.error());
   command.warn(recording->warnings);
@@ -109,6 +112,14 @@ Result<json> work(IkOptions o, const Command& command) {
       command.warn(table->warnings);
       request.coordinate_values = std::move(table->table);
     }
+  }
+  if (!o.output.empty() &&
+      !is_motion_text(o.output)) {  // a table cannot hold every name: asked before the work
+    MotionFit empty;
+    empty.times = {0};
+    empty.q.setZero(1, system->nq);
+    if (const auto text = motion_table_text(table_of(*system, empty), o.output); !text)
+      return tl::unexpected(text.error());
   }
   ProgressBar progress(command.json);
   progress.begin("inverse kinematics");

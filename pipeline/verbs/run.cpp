@@ -15,6 +15,7 @@
 #include <string>
 
 #include "dynamics/methods/integrator.hpp"
+#include "error/file_ending.hpp"
 #include "pipeline/verbs/progress.hpp"
 #include "pipeline/verbs/settings.hpp"
 #include "pipeline/verbs/shared_flags.hpp"
@@ -118,6 +119,8 @@ Result<void> check_captured(const RunSettings& settings) {
       if (given)
         return bad_use(option, "applies only to markers, and " + captured.motion +
                                    " contains joint angles; leave it out");
+  if (captured.bvh_unit > 0 && ending_of(captured.motion) != ".bvh" && ending_of(captured.trial) != ".bvh")
+    return bad_use("--bvh-unit", "applies only to recordings in .bvh; leave it out");
   if (captured.recorded_mass > 0 && !captured.other_person)
     return bad_use("--recorded-mass", "applies only with --other-person; add that, or leave it out");
   if (settings.model_tolerance > 0)

@@ -134,8 +134,8 @@ inline constexpr SharedFlag forces{
 inline constexpr SharedFlag standing{"--static", "FILE",
                                      "Recording of the person standing still: .trc, .c3d or .bvh"};
 inline constexpr SharedFlag setup{"--setup", "FILE", "OpenSim's set-up (.xml)"};
-inline constexpr SharedFlag from{"--from", nullptr, "First time of the recording to use, s"};
-inline constexpr SharedFlag to{"--to", nullptr, "Last time of the recording to use, s"};
+inline constexpr SharedFlag from{"--from", nullptr, "First time of the recording to use, s", finite_number};
+inline constexpr SharedFlag to{"--to", nullptr, "Last time of the recording to use, s", finite_number};
 inline constexpr SharedFlag bvh_unit{"--bvh-unit", nullptr,
                                      "Length of a BVH file's unit, m (default: guessed from the "
                                      "skeleton's size)",

@@ -28,6 +28,15 @@ CLI::Validator positive_number() { return number_check(false, "a positive number
 
 CLI::Validator number_not_negative() { return number_check(true, "0 or a positive number", "0 or more"); }
 
+CLI::Validator finite_number() {
+  return {[](const std::string& text) -> std::string {
+            double value = 0;
+            const bool fine = CLI::detail::lexical_cast(text, value) && std::isfinite(value);
+            return fine ? "" : "is " + text + ", expected a number";
+          },
+          ""};
+}
+
 CLI::Validator number_within(double least, double most) {
   return {[least, most](const std::string& text) -> std::string {
             double value = 0;

@@ -7,6 +7,8 @@
 
 namespace borelli {
 
+CLI::Validator finite_number();
+
 /// Finite and above 0.
 CLI::Validator positive_number();
 
