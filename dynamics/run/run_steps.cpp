@@ -69,7 +69,8 @@ Result<void> Run::advance_adaptively(double target) {
       share < 1 ? share * share * share * (target - state_.t) : std::numeric_limits<double>::infinity();
   while (state_.t < target && !stopped_) {
     const double wanted = step_;
-    step_ = std::min(change_.bounded(step_, share), longest);
+    const double bounded = change_.bounded(step_, share);
+    step_ = std::min(bounded, longest);
     const double t = state_.t, left = target - t;
     // Land on the target without a tiny last step.
     const bool last = step_ >= left * (1 - 1e-12), whole = !last && step_ <= left / 2;
@@ -111,7 +112,8 @@ Result<void> Run::advance_adaptively(double target) {
     step_ = std::min(step_, follow_function_);
     if (samples_) {
       ++samples_->steps;
-      samples_->cut_steps += h < wanted * (1 - 1e-9);
+      // (the run's end is no feature that steps must resolve)
+      samples_->cut_steps += h < wanted * (1 - 1e-9) && (bounded < wanted || target < settings_.end_time);
     }
     if (auto done = accept(end, made, whole || cut); !done) return done;
     if (auto done = follow_steps(attempt); !done) return done;

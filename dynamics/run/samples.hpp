@@ -17,7 +17,7 @@ struct Samples {
   Eigen::VectorXd q_low, q_high, v_low, v_high;
   long evaluations = 0;  ///< of the run, also if it failed
   long steps = 0;        ///< accepted ones of an adaptive method
-  long cut_steps = 0;    ///< of these, shorter than the tolerance asks: for functions of time, knots, the end
+  long cut_steps = 0;    ///< of these, shorter than the tolerance asks, for functions of time and their knots
 
   double cut_part() const { return steps > 0 ? double(cut_steps) / double(steps) : 0; }
 
