@@ -166,6 +166,7 @@ class Search {
         how.output_interval = settings_.end_time - start_;
       const double off = chosen_.method == implicit_ ? off_implicit : off_explicit;
       limits_.disturbance = before_ || exact_ ? 0 : off * chosen_.tolerance;
+      const double share = limits_.step_share;
       auto now = run(how, limits_, samples);
       spent_ += double(samples.evaluations);
       ++runs_;
@@ -206,8 +207,9 @@ class Search {
       if (!before_)
         next_tolerance(std::exchange(exact_, false) ? after_apart
                                                     : std::min(0.1, first_ / chosen_.tolerance));
-      if (settings_.verify && samples.cut_part() > mostly_cut) limits_.step_share *= shorter;
+      if (settings_.verify && samples.cut_part() > mostly_cut && shortened_ < most_shorter) shorten();
       before_ = std::move(samples);
+      share_before_ = share;
     }
   }
 
@@ -273,7 +275,7 @@ class Search {
       choose_tolerance();
     }
     limits_.leave_if_stiff = false;
-    shorter_runs_ = 0;
+    shortened_now_ = false;
     if (!from_implicit) left_would_take_ = times * double(left.evaluations);
     limits_.evaluations = from_implicit ? worth_a_try * spent_ : left_would_take_;
   }
@@ -283,6 +285,11 @@ class Search {
   bool wasteful(const Certificate& c) const {
     return chosen_.method == implicit_ && c.energy_drift > much_lost * c.energy_turnover &&
            left_would_take_ < much_cheaper * double(c.evaluations);
+  }
+
+  void shorten() {
+    limits_.step_share *= shorter;
+    ++shortened_;
   }
 
   void next_tolerance(double factor) {
@@ -301,7 +308,13 @@ class Search {
   /// The run's error, from its difference to the coarser run before it. Infinite if the two runs part.
   double error_of(double difference) const {
     if (!settings_.verify && !common_) return std::numeric_limits<double>::infinity();
-    if (shorter_runs_ > 0) return shorter_leaves * difference;
+    // the same steps again tell nothing
+    if ((settings_.verify || shortened_ > 0) && cut_before_ > mostly_cut &&
+        limits_.step_share == share_before_)
+      return std::numeric_limits<double>::infinity();
+    if (shortened_now_)  // the whole difference where errors do not follow steps and tolerances
+      return difference *
+             (chosen_.method == implicit_ || rough_ || parted_ ? 1 : shorter_leaves / (1 - shorter_leaves));
     // Steps that were cut in the first run may follow the tolerance in this one.
     const double follows = settings_.verify ? 1 : 1 - std::min(cut_before_, mostly_cut);
     return error_while_near(difference) / follows;
@@ -324,14 +337,14 @@ class Search {
     const double error = error_of(found.size);
     const bool reached = error <= settings_.accuracy;
     parted_ = parted_ || !std::isfinite(error);
-    if (shorter_runs_ > 0 ? !reached && shorter_runs_ < most_shorter
-                          : reached && !settings_.verify && cut_before_ > mostly_cut) {
-      ++shorter_runs_;
-      limits_.step_share *= shorter;
+    if (shortened_ < most_shorter &&
+        (shortened_now_ ? !reached : reached && !settings_.verify && cut_before_ > mostly_cut)) {
+      shortened_now_ = true;
+      shorten();
       next_tolerance(0.1);
       return false;
     }
-    const bool by_steps = std::exchange(shorter_runs_, 0) > 0;
+    const bool by_steps = std::exchange(shortened_now_, false);
     if (!reached && chosen_.tolerance > worth_lowering * least_) {
       const bool far = rough_ && chosen_.tolerance * near_pilot < 0.99 * tolerance_before_;
       next_tolerance(far ? 0.1
@@ -347,15 +360,16 @@ class Search {
       ++doubted_;  // energy and momenta may need a tighter tolerance than the accuracy
       const double lower = 0.3 * c.energy_threshold * c.energy_turnover / c.energy_drift;
       next_tolerance(lower < 0.1 ? std::max(lower, 1e-3) : 0.1);
+      shortened_now_ = by_steps && shortened_ < most_shorter;
+      if (shortened_now_) shorten();
       return false;
     }
     c.evaluations = long(spent_);
     c.known_until = reached ? settings_.end_time : agree;
     tell(c, std::isfinite(error) ? error : found.size,
          fmt::format("differs from the run at {:.2g}{} by {:.2g}; {} evaluations in all {} runs",
-                     tolerance_before_,
-                     by_steps ? fmt::format(" with steps {:.2g} times as long", 1 / shorter) : "", found.size,
-                     c.evaluations, runs_));
+                     tolerance_before_, by_steps ? " with longer steps" : "", found.size, c.evaluations,
+                     runs_));
     if (reached || !c.trusted) return true;
     const CoordinateInfo& worst = system_.coordinates[found.coordinate];
     c.trusted = false;
@@ -390,14 +404,16 @@ class Search {
   double spent_ = 0;            ///< evaluations so far
   double left_would_take_ = 0;  ///< evaluations that the abandoned run would take at its steps
   int runs_ = 0;
-  bool afresh_ = false;    ///< the next run is again the first of two
-  bool exact_ = false;     ///< the first run is undisturbed, because disturbed it failed
-  bool common_ = true;     ///< the last two runs agree, relative to the range of motion
-  bool parted_ = false;    ///< two runs had nothing in common
-  bool rough_ = false;     ///< a run met stops or contacts
-  int doubted_ = 0;        ///< number of runs repeated for an untrusted certificate
-  double cut_before_ = 0;  ///< part of the steps of the run before that functions of time cut
-  int shorter_runs_ = 0;   ///< runs with shorter steps so far
+  bool afresh_ = false;         ///< the next run is again the first of two
+  bool exact_ = false;          ///< the first run is undisturbed, because disturbed it failed
+  bool common_ = true;          ///< the last two runs agree, relative to the range of motion
+  bool parted_ = false;         ///< two runs had nothing in common
+  bool rough_ = false;          ///< a run met stops or contacts
+  int doubted_ = 0;             ///< number of runs repeated for an untrusted certificate
+  double cut_before_ = 0;       ///< part of the steps of the run before that functions of time cut
+  bool shortened_now_ = false;  ///< the run under judgement has shorter steps than the one before
+  int shortened_ = 0;           ///< how often steps were shortened
+  double share_before_ = 1;     ///< RunLimits::step_share of the run before
   std::optional<Samples> before_;
 };
 

@@ -16,7 +16,7 @@ struct RunLimits {
   /// Disturb the velocities by this fraction of their scales (disturbance.hpp): at the start, and a few times
   /// on the way if work is done on the scene and the method keeps no history.
   double disturbance = 0;
-  /// Factor below 1 on the longest step that functions of time allow, and its cube on the time between knots.
+  /// Factor, at most 1, on the longest step that functions of time allow, and its cube on the time between knots.
   double step_share = 1;
 };
 

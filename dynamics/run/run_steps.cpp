@@ -113,7 +113,8 @@ Result<void> Run::advance_adaptively(double target) {
     if (samples_) {
       ++samples_->steps;
       // (the run's end is no feature that steps must resolve)
-      samples_->cut_steps += h < wanted * (1 - 1e-9) && (bounded < wanted || target < settings_.end_time);
+      samples_->cut_steps +=
+          !cut && h < wanted * (1 - 1e-9) && (bounded < wanted || target < settings_.end_time);
     }
     if (auto done = accept(end, made, whole || cut); !done) return done;
     if (auto done = follow_steps(attempt); !done) return done;

@@ -84,8 +84,8 @@ std::optional<SolidWrench> sample(const MeasuredForce& measured, double t) {
   return wrench;
 }
 
-/// Free coordinates of the root bodies that nothing carries: those with two or three translations. (A hinge
-/// or a slide to the world is a joint like others.)
+/// Free coordinates of the root bodies that nothing carries: those with two or three translations, and those
+/// without mass, which may be one of several. (A body's hinge or slide to the world is a joint like others.)
 std::vector<RootResidual> residuals_of(const System& system, const Rows& efforts) {
   std::vector<RootResidual> out;
   for (std::size_t b = 1; b < system.bodies.size(); ++b) {
@@ -94,7 +94,7 @@ std::vector<RootResidual> residuals_of(const System& system, const Rows& efforts
     int translations = 0;
     for (int s = body.first_step; s < body.first_step + body.step_count; ++s)
       if (const SwitchStep& step = system.steps[std::size_t(s)]; !step.rotates) translations += step.nv;
-    if (translations < 2) continue;
+    if (body.massive && translations < 2) continue;
     for (int s = body.first_step; s < body.first_step + body.step_count; ++s) {
       const SwitchStep& step = system.steps[std::size_t(s)];
       if (step.drive >= 0) continue;

@@ -55,14 +55,12 @@ class TrcReader {
     const auto keys = blank_words(rows_.line());
     if (!rows_.next()) return refuse("ends before the values of its header");
     auto values = blank_words(rows_.line());
-    if (values.size() < keys.size())  // a cell between tabs may be empty
-      if (const auto cells = tab_cells(rows_.line());
-          cells.size() > values.size() && cells.size() <= keys.size())
-        values = cells;
     const auto value_of = [&](std::string_view key) -> std::string_view {
       const auto at = static_cast<std::size_t>(std::ranges::find(keys, key) - keys.begin());
       return at < std::min(keys.size(), values.size()) ? values[at] : std::string_view();
     };
+    if (!per_metre(value_of("Units")))  // a cell between tabs may be empty
+      if (const auto cells = tab_cells(rows_.line()); cells.size() <= keys.size()) values = cells;
     for (const auto& [key, rate] :
          {std::pair{"DataRate", &trc_.data_rate}, std::pair{"CameraRate", &trc_.camera_rate}}) {
       const std::string_view given = value_of(key);
@@ -249,14 +247,17 @@ Result<TrcFile> read_trc(const std::filesystem::path& path) {
 
 namespace {
 
-// One over the median interval, Hz: gaps and a short last interval do not count. 1 for a single frame.
+// One over the mean interval without gaps and short ones, Hz. (Times may be rounded.) 1 for a single frame.
 double usual_rate(const std::vector<double>& times) {
   if (times.size() < 2) return 1;
   std::vector<double> intervals;
   for (std::size_t i = 1; i < times.size(); ++i) intervals.push_back(times[i] - times[i - 1]);
   const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
   std::ranges::nth_element(intervals, middle);
-  return std::round(1e6 / *middle) / 1e6;  // without the rounding of times
+  double sum = 0, count = 0;
+  for (const double interval : intervals)
+    if (interval > *middle / 2 && interval < 1.5 * *middle) sum += interval, ++count;
+  return std::round(1e6 * count / sum) / 1e6;
 }
 
 }  // namespace

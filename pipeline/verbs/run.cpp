@@ -8,6 +8,7 @@
 
 #include <fmt/core.h>
 
+#include <cstdlib>
 #include <map>
 #include <memory>
 #include <optional>
@@ -451,7 +452,10 @@ void add_run(CLI::App& program, Command& command) {
     for (const char* option : captured ? std::vector{"--flight-time", "--somersault-rate", "--tuck",
                                                      "--muscle-frequency", "--damping-ratio"}
                                        : std::vector{"--cut-off", "--band-draws", "--bvh-unit"}) {
-      if (verb->count(option) > 0) asked->without_effect = option;
+      // (settings of an earlier run may name all options, with their defaults)
+      const CLI::Option* const given = verb->get_option(option);
+      if (given->count() > 0 && given->as<double>() != std::atof(given->get_default_str().c_str()))
+        asked->without_effect = option;
       verb->get_option(option)->configurable(false);
     }
     // settings without effect are not stored, so that the stored settings can be run again:

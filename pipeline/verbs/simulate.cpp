@@ -111,13 +111,14 @@ Result<Trajectory> run(const SimulateOptions& o, const Command& command, const M
   const auto system = compile(scene);
   if (!system) return in_file(o.scene, system.error());
   SimulationSettings settings = settings_of(scene.simulation, o);
+  const bool interval_is_given = settings.output_interval > 0;
   // viewers interpolate linearly between rows, and steps may be long
   if ((shows_motion(o.output) || !o.video.file.empty()) && settings.output_interval == 0)
     settings.output_interval = std::min(1. / 60, settings.end_time / 300);
   if (is_motion_text(o.output)) {  // its frames are equally far apart
     const double span = settings.end_time - system->initial.t;
     const double equal = span / std::max(1., std::ceil(span / settings.output_interval - 1e-6));
-    if (o.output_interval && std::abs(equal - settings.output_interval) > 1e-9 * settings.output_interval)
+    if (interval_is_given && std::abs(equal - settings.output_interval) > 1e-9 * settings.output_interval)
       command.note(fmt::format("frames are {:.6g} s apart, so that the last one is at the end", equal));
     if (equal > 0) settings.output_interval = equal;
   }

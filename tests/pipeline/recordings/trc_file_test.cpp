@@ -85,6 +85,11 @@ TEST(TrcFile, RateIsThatOfTheUsualInterval) {
   const auto read = parse_trc(trc_text(trc, "a.trc").value(), "a.trc");
   ASSERT_TRUE(read);
   EXPECT_NEAR(read->data_rate, 1 / 0.3, 1e-6);
+  trc.motion.times.clear(), trc.motion.frames.clear();
+  for (int i = 0; i <= 120; ++i)  // 120 Hz, in whole milliseconds
+    trc.motion.times.push_back(1e-3 * std::round(1000. * i / 120)),
+        trc.motion.frames.push_back(Eigen::Matrix3Xd::Zero(3, 1));
+  EXPECT_NEAR(parse_trc(trc_text(trc, "a.trc").value(), "a.trc").value().data_rate, 120, 1e-6);
 }
 
 TEST(TrcFile, EveryUnitIsReadAsMetres) {
@@ -154,8 +159,9 @@ TEST(TrcFile, LayoutsOfOtherProgramsAreRead) {
       "PathFileType  4 (X/Y/Z) a\nDataRate CameraRate NumFrames NumMarkers Units\n100 50 2 2 mm\n"
       "Frame# Time LASI RASI\n X1 Y1 Z1 X2 Y2 Z2\n1 0.00 1 2 3 4 5 6\n2 0.01 7 8 9 10 11 12.5";
   for (const std::string& text :
-       {trc_head + two_rows, replaced(trc_head, "\t50.00\t", "\t\t") + two_rows, windows,
-        "\xef\xbb\xbf" + trc_head + two_rows, shifted + two_rows, many_tabs + two_rows, blanks,
+       {trc_head + two_rows, replaced(trc_head, "\t50.00\t", "\t\t") + two_rows,
+        replaced(trc_head, "100.00\t50.00\t2\t2\tmm\t100.00\t1\t2", "100.00\t\t50.00\t2\t2\tmm") + two_rows,
+        windows, "\xef\xbb\xbf" + trc_head + two_rows, shifted + two_rows, many_tabs + two_rows, blanks,
         trc_head + "\t\t\t\t\t\t\t\t\n" + two_rows + "\n\n"}) {
     const auto motion = trc_motion(text);
     EXPECT_EQ(motion.names, plain.names) << text;
