@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -122,6 +123,17 @@ std::vector<std::string> other_names_of(std::string_view name, std::string_view 
   return names;
 }
 
+// "Segment0_Name" and so on; empty if the file lacks it
+std::string_view segment_key(const Nrrd& nrrd, int segment, const char* what) {
+  const auto it = nrrd.keys.find(fmt::format("Segment{}_{}", segment, what));
+  return it == nrrd.keys.end() ? std::string_view{} : trimmed(it->second);
+}
+
+bool has_segment(const Nrrd& nrrd, int segment) {
+  return std::ranges::any_of(std::array{"ID", "Name", "LabelValue"},
+                             [&](const char* what) { return !segment_key(nrrd, segment, what).empty(); });
+}
+
 // 3D Slicer's segments (.seg.nrrd): "Segment0_Name", "Segment0_LabelValue", "Segment0_Layer",
 // "Segment0_ID", "Segment0_Tags" and so on
 // (slicer.readthedocs.io, developer guide, Segmentations)
@@ -129,11 +141,8 @@ Result<std::vector<ImageSegment>> segments_of(const std::string& path, const Nrr
                                               std::int64_t layers) {
   std::vector<ImageSegment> segments;
   for (int n = 0;; ++n) {
-    const auto key = [&](const char* what) -> std::string_view {
-      const auto it = nrrd.keys.find(fmt::format("Segment{}_{}", n, what));
-      return it == nrrd.keys.end() ? std::string_view{} : trimmed(it->second);
-    };
-    if (key("ID").empty() && key("Name").empty() && key("LabelValue").empty()) return segments;
+    if (!has_segment(nrrd, n)) return segments;
+    const auto key = [&](const char* what) { return segment_key(nrrd, n, what); };
     // older versions without these keys store one segment per layer, with value 1
     const auto value = number_in(key("LabelValue")), layer = number_in(key("Layer"));
     ImageSegment segment{std::string(key("Name")), value ? whole_number(*value) : 1,
@@ -149,9 +158,7 @@ Result<std::vector<ImageSegment>> segments_of(const std::string& path, const Nrr
 
 // the layer axis among four axes of a file that names segments: the first or the last
 std::optional<std::size_t> layer_axis(const Nrrd& nrrd, const std::vector<double>& sizes) {
-  const bool has_segments = nrrd.keys.contains("Segment0_ID") || nrrd.keys.contains("Segment0_Name") ||
-                            nrrd.keys.contains("Segment0_LabelValue");
-  if (sizes.size() != 4 || !has_segments) return std::nullopt;
+  if (sizes.size() != 4 || !has_segment(nrrd, 0)) return std::nullopt;
   const std::string_view kinds = trimmed(nrrd.field("kinds"));
   if (kinds.starts_with("list") || kinds.starts_with("vector")) return 0;
   if (kinds.ends_with("list") || kinds.ends_with("vector")) return 3;

@@ -124,6 +124,17 @@ TEST(LabelFile, ReadsLayersOf3dSlicer) {
     EXPECT_NE(damaged.error().message().find("damaged header: it states 1.84e+19 voxels"), std::string::npos)
         << damaged.error().message();
 
+    // keys that name no segment do not make an axis a list of layers
+    std::string unnamed = text;
+    for (std::size_t at; (at = unnamed.find("\nSegment0_")) != unnamed.npos;)
+      unnamed.replace(at + 1, 8, "Another_");
+    unnamed.insert(unnamed.find("Another__ID"), "Segment0_LabelValue:=\n");
+    put("e.seg.nrrd", unnamed);
+    const auto layers = read_labels(folder / "e.seg.nrrd");
+    ASSERT_FALSE(layers);
+    EXPECT_NE(layers.error().message().find("'space directions' has no vector"), std::string::npos)
+        << layers.error().message();
+
     // a missing layer
     text.replace(text.find("Segment1_Layer:=1"), 17, "Segment1_Layer:=4");
     put("b.seg.nrrd", text);
