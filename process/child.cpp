@@ -47,8 +47,7 @@ std::uint64_t mapped_bytes() {
   return std::uint64_t{pages} * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
 }
 
-// Address space that threads of a library take besides what it allocates: a stack each, for one a processor.
-// (JPEG 2000's codec starts that many.)
+// Address space for the stacks of one thread per processor: the JPEG 2000 codec starts that many.
 std::uint64_t bytes_of_stacks() {
   std::size_t stack = std::size_t{8} << 20, guard = 0;
 #ifdef __GLIBC__

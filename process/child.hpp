@@ -18,8 +18,8 @@ struct ChildLimits {
 };
 
 /// Forks a child that runs `work`, with stdout and stderr discarded. The child writes to its own copy of
-/// memory: results come back through SharedBytes. `work` must take no lock that another thread of this process
-/// may hold. It may start a thread for each processor. Any thread may call this.
+/// memory: results come back through SharedBytes. `work` must not take a lock that another thread of this
+/// process may hold. It may start one thread per processor. Any thread may call this.
 /// Errors: the error of `work`; about `where`: "`doing` crashed (segmentation fault)", "... took more than
 /// 30 s", "... took more than 1024 MiB of memory".
 Result<void> in_child(const std::string& where, const std::string& doing, const ChildLimits& limits,

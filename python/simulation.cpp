@@ -147,8 +147,7 @@ void write_motion(const Motion& motion, const py::object& path) {
                                        : scene_page(motion.scene, motion.trajectory);
     return value_or_throw(write_whole(file, value_or_throw(made)));
   }
-  if (ending != ".h5" && ending != ".hdf5" && ending != ".csv")
-    refuse(file.string(), "ends in '" + ending + "', expected .h5, .hdf5, .csv, .glb or .html");
+  value_or_throw(expect_ending(file.string(), {".h5", ".hdf5", ".csv", ".glb", ".html"}));
   const std::string text = value_or_throw(write_scene(motion.scene));
   value_or_throw(write_whole(file, [&](const std::filesystem::path& part) {
     return write_trajectory(motion.trajectory, text, part);

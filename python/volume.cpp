@@ -61,17 +61,21 @@ Grid grid_of(const py::array& voxels, const Numbers& axes, const Numbers& origin
 template <class T>
 std::vector<T> voxels_of(py::array voxels, const std::string& what, bool exact = false) {
   using Limits = std::numeric_limits<T>;
+  const char kind = voxels.dtype().kind();  // of NumPy: bool, signed, unsigned or floating-point
+  if (std::string_view("biuf").find(kind) == std::string_view::npos) refuse(what, "are not real numbers");
   if (!voxels.dtype().is(py::dtype::of<T>()) && voxels.size() > 0) {
     const auto least = voxels.attr("min")().cast<double>(), most = voxels.attr("max")().cast<double>();
     if (!(least >= Limits::min() && most <= Limits::max()))
       refuse(what, fmt::format("lie between {:g} and {:g}; they must fit {} to {}", least, most,
                                int(Limits::min()), int(Limits::max())));
-    const py::module_ numpy = py::module_::import("numpy");
-    const py::array whole = numpy.attr("rint")(voxels);
-    constexpr double most_off = 0.01;  // labels that a program stored as floating-point numbers
-    if (exact && !numpy.attr("allclose")(voxels, whole, 0, most_off).cast<bool>())
-      refuse(what, "are not whole numbers");
-    voxels = whole;
+    if (kind == 'f') {
+      const py::module_ numpy = py::module_::import("numpy");
+      const py::array whole = numpy.attr("rint")(voxels);
+      constexpr double most_off = 0.01;  // labels that a program stored as floating-point numbers
+      if (exact && !numpy.attr("allclose")(voxels, whole, 0, most_off).cast<bool>())
+        refuse(what, "are not whole numbers");
+      voxels = whole;
+    }
   }
   const py::array_t<T, py::array::f_style | py::array::forcecast> whole(voxels);
   return std::vector<T>(whole.data(), whole.data() + whole.size());

@@ -57,11 +57,12 @@ constexpr double worth_a_try = 5;
 // turnover, and the explicit one would take at most this multiple of its evaluations.
 constexpr double much_lost = 0.1, much_cheaper = 3;
 
-// If functions of time cut more than this part of the first run's steps, its error says nothing about other
-// tolerances. Further runs then have `shorter` steps and a tenth of the tolerance, which together leave at
-// most `shorter_leaves` of the error (methods of order 4 and more). At most `most_shorter` such runs are made.
-constexpr double mostly_cut = 0.9, shorter = 0.7, shorter_leaves = 0.25;
-constexpr int most_shorter = 4;
+// Functions of time may cut a run's steps whatever the tolerance. If they cut more than `mostly_cut` of them,
+// the difference to a run at another tolerance does not show the error. Further runs then have a tenth of the
+// tolerance, and steps that are `shorter` times as long. A method of order 4 or more keeps at most
+// `shorter_leaves` of its error, since 0.7^4 = 0.24. The bound on the steps stays once it is below
+// `least_share` of the usual one.
+constexpr double mostly_cut = 0.9, shorter = 0.7, shorter_leaves = 0.25, least_share = 0.25;
 
 // How often a run is repeated that reached its accuracy but has an untrusted certificate.
 constexpr int most_doubts = 3;
@@ -202,12 +203,13 @@ class Search {
       if (afresh_) {
         afresh_ = false;
         before_.reset();
+        limits_.step_share = 1;
         continue;
       }
       if (!before_)
         next_tolerance(std::exchange(exact_, false) ? after_apart
                                                     : std::min(0.1, first_ / chosen_.tolerance));
-      if (settings_.verify && samples.cut_part() > mostly_cut && shortened_ < most_shorter) shorten();
+      if (settings_.verify && samples.cut_part() > mostly_cut) shorten();
       before_ = std::move(samples);
       share_before_ = share;
     }
@@ -275,7 +277,7 @@ class Search {
       choose_tolerance();
     }
     limits_.leave_if_stiff = false;
-    shortened_now_ = false;
+    limits_.step_share = 1;
     if (!from_implicit) left_would_take_ = times * double(left.evaluations);
     limits_.evaluations = from_implicit ? worth_a_try * spent_ : left_would_take_;
   }
@@ -287,10 +289,12 @@ class Search {
            left_would_take_ < much_cheaper * double(c.evaluations);
   }
 
+  bool may_shorten() const { return limits_.step_share > least_share; }
   void shorten() {
-    limits_.step_share *= shorter;
-    ++shortened_;
+    if (may_shorten()) limits_.step_share *= shorter;
   }
+  /// Whether the run under judgement has shorter steps than the one before it.
+  bool has_shorter_steps() const { return limits_.step_share < share_before_; }
 
   void next_tolerance(double factor) {
     tolerance_before_ = chosen_.tolerance;
@@ -308,14 +312,14 @@ class Search {
   /// The run's error, from its difference to the coarser run before it. Infinite if the two runs part.
   double error_of(double difference) const {
     if (!settings_.verify && !common_) return std::numeric_limits<double>::infinity();
-    // the same steps again tell nothing
-    if ((settings_.verify || shortened_ > 0) && cut_before_ > mostly_cut &&
-        limits_.step_share == share_before_)
+    // two runs with the same steps do not show the error
+    if (cut_before_ > mostly_cut && !has_shorter_steps() && (settings_.verify || limits_.step_share < 1))
       return std::numeric_limits<double>::infinity();
-    if (shortened_now_)  // the whole difference where errors do not follow steps and tolerances
-      return difference *
-             (chosen_.method == implicit_ || rough_ || parted_ ? 1 : shorter_leaves / (1 - shorter_leaves));
-    // Steps that were cut in the first run may follow the tolerance in this one.
+    if (has_shorter_steps() && !settings_.verify) {
+      const bool regular = chosen_.method != implicit_ && !rough_ && !parted_;
+      return difference * (regular ? shorter_leaves / (1 - shorter_leaves) : 1);
+    }
+    // The tolerance acts only on the part of the first run's steps that was not cut.
     const double follows = settings_.verify ? 1 : 1 - std::min(cut_before_, mostly_cut);
     return error_while_near(difference) / follows;
   }
@@ -337,14 +341,12 @@ class Search {
     const double error = error_of(found.size);
     const bool reached = error <= settings_.accuracy;
     parted_ = parted_ || !std::isfinite(error);
-    if (shortened_ < most_shorter &&
-        (shortened_now_ ? !reached : reached && !settings_.verify && cut_before_ > mostly_cut)) {
-      shortened_now_ = true;
+    const bool by_steps = has_shorter_steps() && !settings_.verify;
+    if (!settings_.verify && may_shorten() && (by_steps ? !reached : reached && cut_before_ > mostly_cut)) {
       shorten();
       next_tolerance(0.1);
       return false;
     }
-    const bool by_steps = std::exchange(shortened_now_, false);
     if (!reached && chosen_.tolerance > worth_lowering * least_) {
       const bool far = rough_ && chosen_.tolerance * near_pilot < 0.99 * tolerance_before_;
       next_tolerance(far ? 0.1
@@ -360,8 +362,7 @@ class Search {
       ++doubted_;  // energy and momenta may need a tighter tolerance than the accuracy
       const double lower = 0.3 * c.energy_threshold * c.energy_turnover / c.energy_drift;
       next_tolerance(lower < 0.1 ? std::max(lower, 1e-3) : 0.1);
-      shortened_now_ = by_steps && shortened_ < most_shorter;
-      if (shortened_now_) shorten();
+      if (by_steps) shorten();
       return false;
     }
     c.evaluations = long(spent_);
@@ -404,16 +405,14 @@ class Search {
   double spent_ = 0;            ///< evaluations so far
   double left_would_take_ = 0;  ///< evaluations that the abandoned run would take at its steps
   int runs_ = 0;
-  bool afresh_ = false;         ///< the next run is again the first of two
-  bool exact_ = false;          ///< the first run is undisturbed, because disturbed it failed
-  bool common_ = true;          ///< the last two runs agree, relative to the range of motion
-  bool parted_ = false;         ///< two runs had nothing in common
-  bool rough_ = false;          ///< a run met stops or contacts
-  int doubted_ = 0;             ///< number of runs repeated for an untrusted certificate
-  double cut_before_ = 0;       ///< part of the steps of the run before that functions of time cut
-  bool shortened_now_ = false;  ///< the run under judgement has shorter steps than the one before
-  int shortened_ = 0;           ///< how often steps were shortened
-  double share_before_ = 1;     ///< RunLimits::step_share of the run before
+  bool afresh_ = false;      ///< the next run is again the first of two
+  bool exact_ = false;       ///< the first run is undisturbed, because disturbed it failed
+  bool common_ = true;       ///< the last two runs agree, relative to the range of motion
+  bool parted_ = false;      ///< two runs had nothing in common
+  bool rough_ = false;       ///< a run met stops or contacts
+  int doubted_ = 0;          ///< number of runs repeated for an untrusted certificate
+  double cut_before_ = 0;    ///< part of the steps of the run before that functions of time cut
+  double share_before_ = 1;  ///< RunLimits::step_share of the run before
   std::optional<Samples> before_;
 };
 

@@ -16,7 +16,8 @@ struct RunLimits {
   /// Disturb the velocities by this fraction of their scales (disturbance.hpp): at the start, and a few times
   /// on the way if work is done on the scene and the method keeps no history.
   double disturbance = 0;
-  /// Factor, at most 1, on the longest step that functions of time allow, and its cube on the time between knots.
+  /// Steps take at most this share of the longest step that functions of time allow. If it is below 1, they
+  /// also take at most this share of half the time between two knots.
   double step_share = 1;
 };
 

@@ -65,8 +65,9 @@ Result<void> Run::advance_adaptively(double target) {
   if (limits_.own_first_step && attempts_ == 0)
     if (const double h = integrator_.first_step(motion_, state_.t, y_, dy_); h > 0) step_ = h;
   const double share = limits_.step_share;
+  // Between knots, steps otherwise take all of the time or half of it.
   const double longest =
-      share < 1 ? share * share * share * (target - state_.t) : std::numeric_limits<double>::infinity();
+      share < 1 ? share * (target - state_.t) / 2 : std::numeric_limits<double>::infinity();
   while (state_.t < target && !stopped_) {
     const double wanted = step_;
     const double bounded = change_.bounded(step_, share);

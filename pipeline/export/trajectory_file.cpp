@@ -176,10 +176,9 @@ Result<StoredTrajectory> read_hdf5(const Hdf5Reader& file, const std::filesystem
 
 Result<void> write_trajectory(const Trajectory& trajectory, const std::string& scene,
                               const std::filesystem::path& path) {
-  const std::string ending = ending_of(path);
-  if (ending == ".h5" || ending == ".hdf5") return write_hdf5(trajectory, scene, path);
-  if (ending == ".csv") return write_trajectory_csv(trajectory, path);
-  return bad_use(path.string(), "ends in '" + ending + "'; expected .h5, .hdf5 or .csv");
+  if (auto known = expect_ending(path.string(), {".h5", ".hdf5", ".csv"}); !known) return known;
+  return ending_of(path) == ".csv" ? write_trajectory_csv(trajectory, path)
+                                   : write_hdf5(trajectory, scene, path);
 }
 
 Result<StoredTrajectory> read_trajectory(const std::filesystem::path& path) {

@@ -84,8 +84,8 @@ std::optional<SolidWrench> sample(const MeasuredForce& measured, double t) {
   return wrench;
 }
 
-/// Free coordinates of the root bodies that nothing carries: those with two or three translations, and those
-/// without mass, which may be one of several. (A body's hinge or slide to the world is a joint like others.)
+/// Free coordinates of floating bases. A body on the world floats if it has two or three translations. A body
+/// without mass may be one of several that make up a floating base, so it counts too.
 std::vector<RootResidual> residuals_of(const System& system, const Rows& efforts) {
   std::vector<RootResidual> out;
   for (std::size_t b = 1; b < system.bodies.size(); ++b) {
@@ -173,7 +173,7 @@ void warn_of_gaps(const std::vector<double>& times, std::vector<std::string>& wa
                   times[at], times[at + 1], *largest / usual));
 }
 
-/// Gives absent coordinates that are functions of others (couplings) their values, and takes them off `absent`.
+/// Computes absent coordinates that are coupled to others, and removes them from `absent`.
 void follow_couplings(const System& system, const std::map<std::string, const CoordinateInfo*>& known,
                       std::set<std::string>& absent, Rows& q) {
   for (bool changed = true; changed;) {  // a chain of couplings takes several rounds

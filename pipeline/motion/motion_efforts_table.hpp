@@ -26,7 +26,8 @@ struct TablePositions {
 /// Columns are found by the coordinate's name, or by the path of OpenSim's states (".../name/value"); a ball
 /// has four (name.w, .x, .y, .z). Angles are turned to rad where the table is in degrees. A coordinate
 /// without a column follows its coupling if it has one; otherwise it stays at its initial value. Columns that
-/// are no coordinate are left out. A warning names both. Errors: no column for any coordinate; a value that is not finite.
+/// are not coordinates are left out. A warning names both. Errors: no column for any coordinate; a value that
+/// is not finite.
 Result<TablePositions> positions_in(const System& system, const MotionTable& table);
 
 struct MotionEffortsRequest {

@@ -90,14 +90,14 @@ Result<json> work(IkOptions o, const Command& command) {
       return tl::unexpected(known.error());
   if (!o.errors.empty())
     if (auto known = expect_ending(o.errors, {".sto", ".mot"}); !known) return tl::unexpected(known.error());
+  if (o.unit > 0 && ending_of(o.motion) != ".bvh")
+    return bad_use("--bvh-unit", "applies only to a motion in .bvh; leave it out");
   if (o.from) request.time_range.first = *o.from;
   if (o.to) request.time_range.second = *o.to;
   const auto model = read_model(command, o.model, o.how);
   if (!model) return tl::unexpected(model.error());
   const auto system = compile(model->scene);
   if (!system) return in_file(o.model, system.error());
-  if (o.unit > 0 && ending_of(o.motion) != ".bvh")
-    return bad_use("--bvh-unit", "applies only to a motion in .bvh; leave it out");
   const auto recording = read_recording(o.motion, o.unit);
   if (!recording) return tl::unexpected(recording.error());
   command.warn(recording->warnings);
@@ -113,8 +113,8 @@ Result<json> work(IkOptions o, const Command& command) {
       request.coordinate_values = std::move(table->table);
     }
   }
-  if (!o.output.empty() &&
-      !is_motion_text(o.output)) {  // a table cannot hold every name: asked before the work
+  // Refuses names that a table cannot hold before the work.
+  if (!o.output.empty() && !is_motion_text(o.output)) {
     MotionFit empty;
     empty.times = {0};
     empty.q.setZero(1, system->nq);

@@ -452,7 +452,7 @@ void add_run(CLI::App& program, Command& command) {
     for (const char* option : captured ? std::vector{"--flight-time", "--somersault-rate", "--tuck",
                                                      "--muscle-frequency", "--damping-ratio"}
                                        : std::vector{"--cut-off", "--band-draws", "--bvh-unit"}) {
-      // (settings of an earlier run may name all options, with their defaults)
+      // A default has no effect and is fine: settings that an earlier version stored contain every option.
       const CLI::Option* const given = verb->get_option(option);
       if (given->count() > 0 && given->as<double>() != std::atof(given->get_default_str().c_str()))
         asked->without_effect = option;

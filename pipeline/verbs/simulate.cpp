@@ -212,7 +212,7 @@ Result<nlohmann::json> work(const SimulateOptions& o, const Command& command) {
   }
   const nlohmann::json answer = answer_of(o, *model, *trajectory, !o.output.empty());
   const std::vector<std::string> warnings = command.warnings_in_files();
-  if (ending != ".html")  // the page has a list of warnings; other files keep them with the certificate
+  if (ending != ".html")  // pages list warnings themselves; other files store them in the certificate's notes
     for (const std::string& warning : warnings)
       trajectory->certificate.notes.push_back("warning: " + warning);
   if (!o.output.empty()) {

@@ -7,6 +7,7 @@
 
 namespace borelli {
 
+/// Finite, of any sign.
 CLI::Validator finite_number();
 
 /// Finite and above 0.

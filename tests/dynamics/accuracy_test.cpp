@@ -5,22 +5,10 @@
 #include <cmath>
 
 #include "scenes.hpp"
+#include "to_accuracy.hpp"
 
 namespace borelli::test {
 namespace {
-
-SimulationSettings to_accuracy(double end, double accuracy, bool verify = false) {
-  SimulationSettings out = settings("euler", end, 0.01);  // ignored, as the accuracy chooses both
-  out.accuracy = accuracy;
-  out.verify = verify;
-  return out;
-}
-
-std::string notes_of(const Certificate& certificate) {
-  std::string out;
-  for (const std::string& note : certificate.notes) out += note + '\n';
-  return out;
-}
 
 /// Arnold and Bruels' heavy top.
 Scene heavy_top() {
@@ -438,43 +426,6 @@ TEST(Accuracy, EnergyThresholdIsNoStricterThanAccuracy) {
   EXPECT_DOUBLE_EQ(strict.energy_threshold, 1e-13);
   EXPECT_TRUE(strict.trusted) << strict.reason;
   EXPECT_LT(strict.energy_drift, 1e-12 * strict.energy_turnover);  // (but for rounding)
-}
-
-// A function of time limits the steps more than the tolerance does: runs at two tolerances take the same
-// steps and say nothing of each other. z'' + w0^2 z = F sin(w t) has a closed form.
-TEST(Accuracy, IsStatedRightIfFunctionsOfTimeLimitTheSteps) {
-  constexpr double w0 = 20, w = 25, F = 1e-3, end = 400;
-  const double a = F / (w0 * w0 - w * w);
-  Table zeros;
-  for (double t = 0; t < end + 1; t += 0.1) zeros.times.push_back(t), zeros.values.push_back(0);
-  zeros.prepare();
-  for (const auto& [factor, force, accuracy, verify] :
-       {std::tuple{TimeFunction{Sine{F, w, 0, 0}}, a, 1e-5, false},
-        {TimeFunction{Sine{F, w, 0, 0}}, a, 1e-7, false},
-        {TimeFunction{Sine{F, w, 0, 0}}, a, 1e-5, true},
-        {TimeFunction{zeros}, 0., 1e-5, false},
-        {TimeFunction{zeros}, 0., 1e-5, true}}) {
-    SCOPED_TRACE(fmt::format("to {}, {}, {}", accuracy, force > 0 ? "table" : "sine", verify));
-    Scene scene;
-    scene.gravity.setZero();
-    scene.solids = {
-        solid("m", "world", {slide("z", Vector3d::UnitZ(), 1)}, {inertial(1, {0, 0, 0}, {.01, .01, .01})})};
-    scene.efforts = {{"spring", CoordinateSpring{{"z"}, w0 * w0, 0, 0}},
-                     {"push", Force{{"m", {0, 0, 0}}, {0, 0, 1}, Axes::world, factor}}};
-    const System system = compiled(scene);
-    const Trajectory run = need(simulate(system, system.initial, to_accuracy(end, accuracy, verify)));
-    const double by_start = -force * w / w0;
-    const double q = std::cos(w0 * end) + by_start * std::sin(w0 * end) + force * std::sin(w * end);
-    const double v =
-        -w0 * std::sin(w0 * end) + w0 * by_start * std::cos(w0 * end) + force * w * std::cos(w * end);
-    const double unit = system.velocity_scale[0], found_q = run.q.bottomRows(1)(0, 0),
-                 found_v = run.v.bottomRows(1)(0, 0);
-    const double error = std::max(std::abs(found_q - q) / std::max(unit, std::abs(q)),
-                                  std::abs(found_v - v) / (unit + std::abs(v)));
-    EXPECT_TRUE(run.certificate.trusted) << run.certificate.reason;
-    EXPECT_LE(error, accuracy);
-    EXPECT_LE(error, 2 * run.certificate.estimated_error) << notes_of(run.certificate);
-  }
 }
 
 TEST(Accuracy, OutOfRangeIsRefused) {

@@ -316,6 +316,17 @@ TEST_F(RunVerb, OutputsDoNotNameTheInputsFolder) {
   EXPECT_EQ(named_in("tables"), (Names{"t.csv", "t.json"}));
 }
 
+TEST_F(RunVerb, RefusesOptionsOfTheOtherKindOfMotion) {
+  const std::string run = "run " + path("scan.mhd") + words();  // with --flight-time
+  const auto refuses = [](const std::string& command, const std::string& said) {
+    const ProgramRun answer = run_program(command);
+    EXPECT_EQ(answer.code, 2) << command;
+    EXPECT_NE(answer.err.find(said), std::string::npos) << answer.err;
+  };
+  refuses(run + " --motion walk.mot", "--flight-time: shapes the leap, which --motion replaces");
+  refuses(run + " --cut-off 3", "--cut-off: applies only to a recorded motion");
+}
+
 TEST_F(RunVerb, FailedRunSaysEachWarningOnceAndWithoutFolders) {
   // labels that another program saved through floating point
   const LabelMap& labels = scan().labels;
@@ -328,12 +339,6 @@ TEST_F(RunVerb, FailedRunSaysEachWarningOnceAndWithoutFolders) {
   header.replace(header.find("scan.raw"), 8, "rounded.raw");
   folder.write("rounded.mhd", header);
   fs::copy_file(folder / "labels.tsv", folder / "rounded.tsv");
-  const std::string motion = " --motion " + path("short.mot"), both = path("scan.mhd") + words();
-  EXPECT_NE(run_program("run " + both + motion).err.find("--flight-time: shapes the leap"),
-            std::string::npos);
-  EXPECT_NE(
-      run_program("run " + both + " --cut-off 3").err.find("--cut-off: applies only to a recorded motion"),
-      std::string::npos);
   folder.write("short.mot",
                "walk\nversion=1\nnRows=2\nnColumns=2\ninDegrees=yes\nendheader\ntime\tknee_left\n"
                "0\t0\n0.1\t5\n");

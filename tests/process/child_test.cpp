@@ -94,7 +94,7 @@ TEST(Child, IsRefusedMemoryBeyondItsLimit) {
   EXPECT_EQ(words(answer), "a file: unpacking it took more than 256 MiB of memory");
 }
 
-// JPEG 2000's codec starts a thread for each processor: their stacks and heaps are not what the limit is for.
+// The JPEG 2000 codec starts one thread per processor. Their stacks must not count against the memory limit.
 TEST(Child, MayStartAThreadForEachProcessor) {
   const long processors = sysconf(_SC_NPROCESSORS_CONF);
   const auto work = [&]() -> Result<void> {

@@ -119,6 +119,9 @@ class Body(unittest.TestCase):
         np.testing.assert_array_equal(back.voxels, self.volume.voxels)
         with self.assertRaisesRegex(borelli.Error, "they must fit -32768 to 32767"):
             borelli.Volume(np.full((2, 2, 2), 1e6), [1, 1, 1])
+        for kind in [object, complex]:
+            with self.assertRaisesRegex(borelli.Error, "are not real numbers"):
+                borelli.Labels(np.ones((2, 2, 2)).astype(kind), [1, 1, 1])
         with self.assertRaisesRegex(borelli.Error, "are not whole numbers"):
             borelli.Labels(np.full((2, 2, 2), 1.5), [1, 1, 1])
         with self.assertRaisesRegex(borelli.Error, "origin: is not finite"):

@@ -122,8 +122,7 @@ TEST(UrdfWrite, NamesWhatItLoses) {
     scene.solids[0].switches[0].q = {0.3};
     scene.solids[1].switches.back().armature = 0.1;
     scene.solids.push_back(solid("top", "l1", {ball("turn"), slide("rail", Vector3d::UnitX())}, {link()}));
-    scene.solids.back().shapes.push_back(
-        {{Ellipsoid{{1, 2, 3}}, {}, Eigen::Quaterniond::Identity()}, {}, {}});
+    scene.solids.back().shapes.push_back({{Ellipsoid{{1, 2, 3}}}, {}, {}});
     scene.solids.push_back(
         solid("lost", "l1", {driven(hinge("crank", Vector3d::UnitX()), linear(0, 1))}, {}));
     scene.efforts = {{"push", Force{{"l0", {0, 0, 0}}, {1, 0, 0}, Axes::world, constant(1), {}}},

@@ -145,8 +145,8 @@ tensor = [1, 1, 1]
       << warnings(11, 0)[0];
 }
 
-// r = 5 x follows x without a column of its own: its moment is I r'' = 5 I x''.
-TEST(MotionEffortsTable, CoupledCoordinatesFollowTheirFunctions) {
+// The table has no column for r = 0.1 + 5 x, so r is computed from x. Its moment is I r'' = 5 I x''.
+TEST(MotionEffortsTable, ComputesCoupledCoordinatesWithoutColumns) {
   const System system = need(compile(need(parse_scene(R"(
 gravity = [0, 0, 0]
 [[solid]]

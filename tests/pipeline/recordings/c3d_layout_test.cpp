@@ -130,7 +130,8 @@ TEST(C3dLayout, LongRecordingsAreCountedByTheirOwnParameters) {
   EXPECT_EQ(layout_of(with([](C3dWriter& w) { w.real_number("POINT:FRAMES", frames); }), warnings)->frames,
             frames);
   EXPECT_TRUE(warnings.empty());
-  // only the file's size shows them; zeros that fill its last block are no frames
+  // POINT:FRAMES ends at 65535, so the file's size gives the count. Zeros that fill the last block do not
+  // count.
   EXPECT_EQ(layout_of(with([](C3dWriter& w) { w.integer("POINT:FRAMES", 65535); }), warnings)->frames,
             frames);
   ASSERT_EQ(warnings.size(), 1u);
