@@ -26,6 +26,14 @@ Result<nlohmann::json> volume(const std::string& path, const std::string& quanti
   return info;
 }
 
+// A given option of add_model_options; empty if there is none.
+std::string model_option(const ModelOptions& options) {
+  return options.floating                                      ? "--floating"
+         : !options.locked.empty()                             ? "--lock"
+         : options.minimum_mass != ModelOptions{}.minimum_mass ? "--minimum-mass"
+                                                               : "";
+}
+
 // Prints an answer as text.
 Result<nlohmann::json> said(Result<nlohmann::json> info, std::string (*text)(const nlohmann::json&),
                             const Command& command) {
@@ -51,16 +59,16 @@ void add_info(CLI::App& program, Command& command) {
         return bad_use(*path, "is not a regular file");  // opening a pipe would wait for its writer
       const auto is = [ending = ending_of(*path)](std::string_view one) { return ending == one; };
       const bool trajectory = is(".h5") || is(".hdf5") || is_trajectory(*path);
-      if (trajectory && (!quantity->empty() || options->floating))
-        return bad_use(quantity->empty() ? "--floating" : "--quantity",
+      const std::string for_models = model_option(*options);
+      if (trajectory && (!quantity->empty() || !for_models.empty()))
+        return bad_use(quantity->empty() ? for_models : "--quantity",
                        "does not apply to trajectories, and " + *path + " is one; leave it out");
       if (trajectory) return said(trajectory_info(*path), trajectory_info_text, chosen);
       const bool volume_asked = may_be_volume(*path);
       if (!volume_asked && !quantity->empty())
         return bad_use("--quantity", "applies only to volumes, and " + *path + " is not one; leave it out");
-      if (volume_asked && options->floating)
-        return bad_use("--floating",
-                       "applies only to URDF models, and " + *path + " is not one; leave it out");
+      if (volume_asked && !for_models.empty())
+        return bad_use(for_models, "applies only to models, and " + *path + " is a volume; leave it out");
       if (is(".toml") || is(".xml") || is(".urdf") || is(".mjcf") || is(".osim"))
         return said(scene_info(chosen, *path, *options), scene_info_text, chosen);
       if (volume_asked) return volume(*path, *quantity, chosen);

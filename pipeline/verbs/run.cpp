@@ -420,6 +420,17 @@ void add_leap_flags(CLI::App& verb, RunAsked& asked) {
        "--model-tolerance", "--keep", "--method", "--equations", "--tolerance", "--step"});
 }
 
+// Whether an option is left out or has its default value, as text or as a number. Settings that an earlier
+// version stored contain every option.
+bool has_default(const CLI::Option& option) {
+  if (option.count() == 0) return true;
+  const std::string given = option.as<std::string>(), usual = option.get_default_str();
+  if (given == usual) return true;
+  char* end = nullptr;
+  const double number = std::strtod(given.c_str(), &end);
+  return end != given.c_str() && *end == 0 && !usual.empty() && number == std::atof(usual.c_str());
+}
+
 void add_result_flags(CLI::App& verb, RunAsked& asked) {
   RunSettings& s = asked.run;
   verb.add_flag("--skin", s.skin, "Also write skin.glb: one closed skin that bends with the body");
@@ -450,12 +461,10 @@ void add_run(CLI::App& program, Command& command) {
     asked->tolerance_chosen = verb->count("--tolerance") > 0;
     const bool captured = !asked->run.captured.motion.empty();
     for (const char* option : captured ? std::vector{"--flight-time", "--somersault-rate", "--tuck",
-                                                     "--muscle-frequency", "--damping-ratio"}
+                                                     "--muscle-frequency", "--damping-ratio", "--accuracy",
+                                                     "--method", "--equations", "--tolerance", "--step"}
                                        : std::vector{"--cut-off", "--band-draws", "--bvh-unit"}) {
-      // A default has no effect and is fine: settings that an earlier version stored contain every option.
-      const CLI::Option* const given = verb->get_option(option);
-      if (given->count() > 0 && given->as<double>() != std::atof(given->get_default_str().c_str()))
-        asked->without_effect = option;
+      if (!has_default(*verb->get_option(option))) asked->without_effect = option;
       verb->get_option(option)->configurable(false);
     }
     // settings without effect are not stored, so that the stored settings can be run again:

@@ -63,6 +63,10 @@ Result<void> check_effect(const SimulateOptions& o, const SimulationSettings& se
   if (o.tolerance && !method_is_adaptive(settings.method))
     return bad_use("--tolerance", "has no effect with " + settings.method +
                                       ", whose steps have a fixed length; give --step");
+  if (o.step && settings.accuracy > 0)
+    return bad_use("--step", fmt::format("has no effect with an accuracy of {:g}, which chooses the steps; "
+                                         "give --method, or leave out --step",
+                                         settings.accuracy));
   if (o.verify && settings.accuracy == 0) return bad_use("--verify", "has no effect without --accuracy");
   if (o.checkpoint_every && o.checkpoint.empty())
     return bad_use("--checkpoint-every", "has no effect without --checkpoint");

@@ -45,6 +45,13 @@ TEST(Info, DescribesATrajectory) {
   EXPECT_TRUE(info["certificate"]["trusted"]);
   const ProgramRun said = run_program("info " + file);
   EXPECT_NE(said.out.find("\ntrusted\n"), std::string::npos) << said.out;
+  for (const std::string option : {"--floating", "--lock swing", "--minimum-mass 1"}) {
+    const ProgramRun refused = run_program("info " + option + " " + file);
+    EXPECT_EQ(refused.code, 2) << option;
+    EXPECT_NE(refused.err.find(option.substr(0, option.find(' ')) + ": does not apply to trajectories"),
+              std::string::npos)
+        << refused.err;
+  }
 }
 
 TEST(Info, BadScenesAndTrajectoriesAreRefusedInOneSentence) {

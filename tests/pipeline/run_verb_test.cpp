@@ -325,6 +325,12 @@ TEST_F(RunVerb, RefusesOptionsOfTheOtherKindOfMotion) {
   };
   refuses(run + " --motion walk.mot", "--flight-time: shapes the leap, which --motion replaces");
   refuses(run + " --cut-off 3", "--cut-off: applies only to a recorded motion");
+  const std::string captured = "run " + path("scan.mhd") + " -o " + path("captured") + " --motion walk.mot";
+  for (const std::string option : {"--accuracy 1e-3", "--method rk4", "--equations lagrange"})
+    refuses(captured + " " + option, option.substr(0, option.find(' ')) + ": shapes the leap");
+  // settings that an earlier version stored contain the defaults
+  const ProgramRun stored = run_program(captured + " --equations recursive --tuck 1.0");
+  EXPECT_EQ(stored.err.find("shapes the leap"), std::string::npos) << stored.err;
 }
 
 TEST_F(RunVerb, FailedRunSaysEachWarningOnceAndWithoutFolders) {

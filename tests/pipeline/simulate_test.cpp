@@ -123,6 +123,8 @@ TEST(Simulate, BadUseIsRefusedInOneSentence) {
                      "expected", folder, 0);
   expect_refused("simulate " + samples + "roundabout.toml --method rk4 --tolerance 1e-6" + output, 2,
                  "--tolerance: has no effect with rk4", folder, 0);
+  expect_refused("simulate " + samples + "roundabout.toml --accuracy 1e-6 --step 1e-3" + output, 2,
+                 "--step: has no effect with an accuracy of 1e-06", folder, 0);
   expect_refused("simulate " + samples + "roundabout.toml --constraints glue" + output, 2, "glue", folder, 0);
   expect_refused("simulate " + samples + "roundabout.toml -o " + (folder / "a.xyz").string(), 2,
                  "expected .h5", folder, 0);
