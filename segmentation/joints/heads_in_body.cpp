@@ -109,8 +109,14 @@ bool HeadsInBody::deep_below_lungs(const Vector3d& left, const Vector3d& right) 
 }
 
 bool HeadsInBody::near_hips(const Vector3d& left, const Vector3d& right) const {
-  const Share sacrum = shares(anatomy_, 0.5 * (left + right) + Vector3d(0, 45, 75), Vector3d(25, 45, 40));
-  return deep_below_lungs(left, right) && sacrum.seen > 1.0 / 3 && sacrum.bone > 0.06;
+  if (!deep_below_lungs(left, right)) return false;
+  // a sacrum, or the lowest lumbar vertebrae above one that is no denser than flesh
+  for (const double above : {75., 145.}) {
+    const Share column =
+        shares(anatomy_, 0.5 * (left + right) + Vector3d(0, 45, above), Vector3d(25, 45, 40));
+    if (column.seen > 1.0 / 3 && column.bone > 0.06) return true;
+  }
+  return false;
 }
 
 bool HeadsInBody::below_lungs(double z) const {

@@ -18,7 +18,7 @@ class HeadsInBody {
   /// True if two candidate centres can be hips: their midpoint lies deep in flesh, and no lung lies within
   /// 120 mm above it.
   bool deep_below_lungs(const Eigen::Vector3d& left, const Eigen::Vector3d& right) const;
-  /// The same, and the sacrum is in view behind and above.
+  /// The same, and sacrum or lumbar vertebrae are in view behind and above.
   bool near_hips(const Eigen::Vector3d& left, const Eigen::Vector3d& right) const;
   /// True if both measured spheres can be femoral heads: solid, no vertebra between them (coccyx and
   /// symphysis may be), and a femur leads on from each (see on_femur).

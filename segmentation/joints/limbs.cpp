@@ -104,6 +104,34 @@ void mark_ball(const Anatomy& a, const Vector3d& centre, double r, Limb limb, Vo
       }
 }
 
+// Bone of a limb at one distance from its root.
+struct Shell {
+  double volume = 0;      // mm^3
+  float farthest = 0;     // largest distance of its voxels, mm of path
+  std::uint32_t end = 0;  // the voxel there
+  bool at_edge = false;   // the scan's edge cuts bone here
+};
+
+// Number of shells up to the limb's end. Beyond a wide gap, calcium, contrast or noise in the flesh may pass
+// for bone. The bones of fingers that coarse voxels show apart are more.
+std::size_t shells_of_limb(const std::vector<Shell>& shells) {
+  constexpr double widest = 150;               // mm of path across a gap: about 14 mm
+  constexpr double thin = 0.02, least = 0.01;  // of the mean section before a gap; of the bone before it
+  double all = 0, before = 0;
+  for (const Shell& shell : shells) all += shell.volume;
+  std::size_t bone = 0;  // number of shells up to the last one with bone
+  for (std::size_t n = 0; n < shells.size(); ++n) {
+    before += shells[n].volume;
+    if (shells[n].volume > thin * before / static_cast<double>(n + 1)) {
+      if (static_cast<double>(n - bone) * LimbPath::spacing > widest &&
+          all - before + shells[n].volume < least * before)
+        return bone;
+      bone = n + 1;
+    }
+  }
+  return bone;
+}
+
 LimbPath follow(const Anatomy& a, const Geodesic& territory, Limb limb) {
   LimbPath path;
   const auto& g = a.grid();
@@ -111,21 +139,22 @@ LimbPath follow(const Anatomy& a, const Geodesic& territory, Limb limb) {
   const auto point = [&](std::uint32_t o) {
     return g.point(Vector3d(o % nx, o / nx % ny, o / nx / ny));  // NOLINT: exact integers
   };
-  float farthest = 0;
-  std::uint32_t end = 0;
-  std::vector<double> shell;
-  std::vector<char> at_edge;
+  std::vector<Shell> shells;
   const double voxel = std::pow(a.step(), 3);
   for (std::size_t o = 0; o < g.count(); ++o) {
     if (!a.bone.voxels[o] || territory.owner.voxels[o] != static_cast<std::uint8_t>(limb)) continue;
     const float length = territory.length(o);
     const auto n = static_cast<std::size_t>(length / LimbPath::spacing);
-    if (n >= shell.size()) shell.resize(n + 1, 0), at_edge.resize(n + 1, 0);
-    shell[n] += voxel / LimbPath::spacing;
-    if (!at_edge[n] && a.near_edge(point(static_cast<std::uint32_t>(o)), a.step())) at_edge[n] = 1;
-    if (length > farthest) farthest = length, end = static_cast<std::uint32_t>(o);
+    if (n >= shells.size()) shells.resize(n + 1);
+    Shell& shell = shells[n];
+    shell.volume += voxel;
+    if (!shell.at_edge && a.near_edge(point(static_cast<std::uint32_t>(o)), a.step())) shell.at_edge = true;
+    if (length > shell.farthest) shell.farthest = length, shell.end = static_cast<std::uint32_t>(o);
   }
-  if (farthest <= 0) return path;
+  shells.resize(shells_of_limb(shells));
+  if (shells.empty() || shells.back().farthest <= 0) return path;
+  const float farthest = shells.back().farthest;
+  const std::uint32_t end = shells.back().end;
   path.present = true;
   path.cut = a.near_edge(point(end), 8);
   // resamples at equal path lengths, then smooths over about 15 mm
@@ -150,13 +179,15 @@ LimbPath follow(const Anatomy& a, const Geodesic& territory, Limb limb) {
     double area = 0;
     const std::int64_t half = std::min<std::int64_t>({3, n, count - 1 - n});
     for (std::int64_t q = n - half; q <= n + half; ++q) sum += raw[static_cast<std::size_t>(q)];
-    int shells = 0;
-    for (std::int64_t q = std::max<std::int64_t>(0, n - 1); q <= std::min(count - 1, n + 1); ++q, ++shells)
-      area += static_cast<std::size_t>(q) < shell.size() ? shell[static_cast<std::size_t>(q)] : 0;
+    int averaged = 0;
+    for (std::int64_t q = std::max<std::int64_t>(0, n - 1); q <= std::min(count - 1, n + 1); ++q, ++averaged)
+      area += static_cast<std::size_t>(q) < shells.size()
+                  ? shells[static_cast<std::size_t>(q)].volume / LimbPath::spacing
+                  : 0;
     path.points.push_back(sum / static_cast<double>(2 * half + 1));
-    path.section.push_back(area / shells);
-    path.at_edge.push_back(static_cast<std::size_t>(n) < at_edge.size() &&
-                           at_edge[static_cast<std::size_t>(n)]);
+    path.section.push_back(area / averaged);
+    path.at_edge.push_back(static_cast<std::size_t>(n) < shells.size() &&
+                           shells[static_cast<std::size_t>(n)].at_edge);
   }
   return path;
 }

@@ -71,6 +71,7 @@ std::optional<double> stature_of(const Landmarks& marks) {
                                            {"knee", "ankle", 434.0},
                                            {"shoulder", "elbow", 281.7},
                                            {"elbow", "wrist", 268.9}}};
+  constexpr double least_sure = 0.15;  // deviation of a length, relative to the usual one
   std::vector<double> statures;
   const auto add = [&](const Eigen::Vector3d& from, const Eigen::Vector3d& to, double usual) {
     statures.push_back(stature * (to - from).norm() / usual);
@@ -78,7 +79,9 @@ std::optional<double> stature_of(const Landmarks& marks) {
   for (const std::string side : {"_left", "_right"})
     for (const Length& length : lengths) {
       const auto from = marks.find(length.from + side), to = marks.find(length.to + side);
-      if (from != marks.end() && to != marks.end()) add(from->second.point, to->second.point, length.usual);
+      if (from != marks.end() && to != marks.end() &&
+          std::hypot(from->second.deviation, to->second.deviation) < least_sure * length.usual)
+        add(from->second.point, to->second.point, length.usual);
     }
   const auto hips = marks.find("mid_hip"), left = marks.find("shoulder_left"),
              right = marks.find("shoulder_right");

@@ -136,6 +136,7 @@ bool shows_column(const Anatomy& a, const Mask& piece) {
 struct Choice {
   bool taken = false;
   int side = -1;
+  bool across_trunk = false;  // an arm before or behind the trunk's middle
 };
 
 // Mean x of each piece's places, mm.
@@ -170,7 +171,8 @@ bool is_foot(const Proposal& proposal, std::size_t piece) {
 }
 
 std::vector<Choice> choose_pieces(const Anatomy& a, const Proposal& proposal, const AbsentParts& absent) {
-  constexpr double beside_trunk = 60;  // mm: least distance of a limb's middle from the trunk's
+  // mm: least distance of a limb's middle from the trunk's; half the breadth of a narrow trunk
+  constexpr double beside_trunk = 60, half_trunk = 120;
   const auto& pieces = proposal.pieces;
   const auto trunk = std::ranges::find_if(pieces, [&](const BodyPiece& piece) {
     if (piece.region != BodyRegion::trunk) return false;
@@ -189,6 +191,7 @@ std::vector<Choice> choose_pieces(const Anatomy& a, const Proposal& proposal, co
       const double off = middle[p] - middle[static_cast<std::size_t>(trunk - pieces.begin())];
       if (choice.side < 0 && std::abs(off) > beside_trunk) choice.side = off > 0 ? left_side : right_side;
       choice.taken = choice.side >= 0 && piece.confidence >= sure_beside_trunk;
+      choice.across_trunk = piece.region == BodyRegion::arm && std::abs(off) < half_trunk;
     } else if (piece.region == BodyRegion::leg) {
       auto side = side_by_absent(absent);
       if (!side && piece.confidence >= sure_shank) side = side_by_fibula(a, proposal, p);
@@ -380,6 +383,7 @@ ForestParts parts_by_forest(const Anatomy& a, const Trunk& found) {
                 : label_of(proposal.voxel_class[place], chosen[static_cast<std::size_t>(p)].side);
         if (label == 0 || found.absent[static_cast<std::size_t>(label)]) continue;
         sum[static_cast<std::size_t>(label)] += piece.confidence, ++count[static_cast<std::size_t>(label)];
+        out.side_unsure[static_cast<std::size_t>(label)] |= chosen[static_cast<std::size_t>(p)].across_trunk;
         if (a.bone.voxels[o]) out.bones.voxels[o] = static_cast<std::uint8_t>(label);
       }
   for (std::size_t label = 1; label < parts.size(); ++label)
@@ -447,10 +451,14 @@ void add_rootless_limbs(const Anatomy& a, const Trunk& trunk, Volume<std::uint8_
 }
 
 void doubt_forest_parts(const ForestParts& forest, Segmentation& out) {
-  for (std::size_t label = 1; label < parts.size(); ++label)
-    out.part[label].confidence = std::min(out.part[label].confidence, forest.confidence[label]);
-  // Without a border between them, a trunk part that the scan cuts may hold flesh of its neighbour.
   constexpr double unsure = 0.4;
+  for (std::size_t label = 1; label < parts.size(); ++label) {
+    PartFinding& finding = out.part[label];
+    finding.confidence = std::min(finding.confidence, forest.confidence[label]);
+    if (finding.volume > 0 && forest.side_unsure[label])
+      finding.doubt(unsure, "it lies in front of or behind the trunk, so its side is uncertain");
+  }
+  // Without a border between them, a trunk part that the scan cuts may hold flesh of its neighbour.
   for (const Part& part : parts) {
     const auto own = static_cast<std::size_t>(part_label(part.name)),
                parent = static_cast<std::size_t>(part_label(part.parent));

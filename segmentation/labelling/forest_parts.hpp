@@ -18,6 +18,8 @@ struct ForestParts {
   Landmarks landmarks;         ///< the proposal's joints; the levels that bound the trunk's parts
   /// By label: expected share of its voxels that are right; 0: not in view.
   std::array<double, parts.size()> confidence{};
+  /// By label: whether it comes from an arm before or behind the trunk, which may belong to either shoulder.
+  std::array<bool, parts.size()> side_unsure{};
   bool empty() const { return landmarks.empty() && confidence == std::array<double, parts.size()>{}; }
 };
 

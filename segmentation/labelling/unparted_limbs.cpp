@@ -1,8 +1,10 @@
 #include "segmentation/labelling/unparted_limbs.hpp"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <string>
+#include <vector>
 
 #include "segmentation/body/anatomy.hpp"
 #include "segmentation/joints/limb_lengths.hpp"
@@ -128,6 +130,47 @@ void doubt_unparted_limbs(Segmentation& out) {
         finding.doubt(0.2, std::string("it is longer than the other side's, which has a ") + limb.to);
       else if (finding.note.find(no_joint) == std::string::npos)
         finding.doubt(0.2, no_joint + "visible part of the " + limb.beyond);
+    }
+}
+
+void doubt_limbs_that_end_in_view(const Anatomy& a, Segmentation& out) {
+  constexpr double last = 10, near = 15;  // mm: length of an end; from the scan's edge
+  const Grid& g = out.labels.grid;
+  for (const LimbPart& limb : {limb_parts[1], limb_parts[3]})
+    for (const int side : {left_side, right_side}) {
+      const std::string own = side_suffix(side);
+      const auto label = static_cast<std::size_t>(part_label(limb.name + own)),
+                 next = static_cast<std::size_t>(part_label(limb.beyond + own));
+      PartFinding& finding = out.part[label];
+      if (finding.volume == 0 || finding.coverage != Coverage::cut || out.part[next].volume > 0 ||
+          out.absent[next] || find(out.landmarks, limb.from + own) || find(out.landmarks, limb.to + own))
+        continue;
+      std::vector<Vector3d> points;
+      Vector3d middle = Vector3d::Zero();
+      for (std::int64_t k = 0; k < g.size[2]; ++k)
+        for (std::int64_t j = 0; j < g.size[1]; ++j)
+          for (std::int64_t i = 0; i < g.size[0]; ++i)
+            if (out.labels.at(i, j, k) == label) points.push_back(g.point(i, j, k)), middle += points.back();
+      middle /= static_cast<double>(points.size());
+      Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+      for (const Vector3d& p : points) spread += (p - middle) * (p - middle).transpose();
+      const Vector3d axis = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().col(2);
+      std::array<bool, 2> at_edge{};
+      for (const std::size_t end : {0, 1}) {
+        const Vector3d outwards = end == 0 ? axis : Vector3d(-axis);
+        double farthest = 0;
+        for (const Vector3d& p : points) farthest = std::max(farthest, outwards.dot(p - middle));
+        Vector3d sum = Vector3d::Zero();
+        double count = 0;
+        for (const Vector3d& p : points)
+          if (outwards.dot(p - middle) > farthest - last) sum += p, ++count;
+        at_edge[end] = a.near_edge(sum / count, near);
+      }
+      if (at_edge[0] == at_edge[1]) continue;
+      const std::string no_joint = std::string("no ") + limb.to + " was found";
+      finding.doubt(0.2, no_joint + ": this part includes the " + limb.beyond);
+      out.part[next].coverage = Coverage::cut;
+      out.part[next].say("included in the " + in_words(limb.name) + ": " + no_joint);
     }
 }
 

@@ -10,6 +10,7 @@
 
 #include "segmentation/body/anatomy.hpp"
 #include "segmentation/files/read.hpp"
+#include "segmentation/labelling/forest_parts.hpp"
 #include "segmentation/labelling/verdict.hpp"
 #include "segmentation/vocabulary/part_planes.hpp"
 #include "tests/paths.hpp"
@@ -71,6 +72,20 @@ void expect_plane(const ScannedBody& of, std::string_view part) {
 }
 
 void expect_doubtful(const ScannedBody& of) { EXPECT_EQ(verdict_of(of.found).verdict, Verdict::doubtful); }
+
+TEST(ForestParts, ArmAcrossTheTrunkMayBeOfEitherSide) {
+  ForestParts forest;
+  Segmentation found;
+  for (const char* hand : {"hand_left", "hand_right"}) {
+    forest.confidence[part_of(hand)] = found.part[part_of(hand)].confidence = 0.9;
+    found.part[part_of(hand)].volume = 3e5;
+  }
+  forest.side_unsure[part_of("hand_right")] = true;
+  doubt_forest_parts(forest, found);
+  EXPECT_EQ(found.part[part_of("hand_left")].confidence, 0.9);
+  EXPECT_LE(found.part[part_of("hand_right")].confidence, 0.4);
+  EXPECT_NE(found.part[part_of("hand_right")].note.find("its side is uncertain"), std::string::npos);
+}
 
 TEST(ForestParts, AbdomenIsTheMiddleTrunk) {
   for (const auto& [variation, sex] : {std::pair{301U, Sex::male}, {302U, Sex::female}}) {

@@ -50,6 +50,17 @@ TEST(Verdict, StatureMatchesTheBody) {
   EXPECT_FALSE(stature_of({}));
 }
 
+TEST(Verdict, StatureIsThatOfTheJointsThatAreSure) {
+  const Landmarks exact = build_phantom({})->landmarks;
+  Landmarks found = exact;
+  for (const std::string side : {"_left", "_right"})
+    for (const std::string joint : {"elbow", "wrist"}) {
+      found[joint + side].point = exact.at("shoulder" + side).point - Eigen::Vector3d(0, 0, 60);
+      found[joint + side].deviation = 150;
+    }
+  EXPECT_NEAR(*stature_of(found), *stature_of(exact), 0.03 * *stature_of(exact));
+}
+
 TEST(Verdict, DoubtsEveryCaseOfItsDocstring) {
   Segmentation found = exact_body();
   found.part[label("thigh_left")].confidence = 0.49;
