@@ -11,6 +11,12 @@ bool is_doubted(const Landmark& mark) {
   return mark.source.ends_with(unlike_other_side) || mark.source.ends_with(unlike_body);
 }
 
+void raise_deviation(const std::string& joint, const std::string& side, double least, Landmarks& marks) {
+  for (const char* end : {"", "_medial", "_lateral"})
+    if (const auto mark = marks.find(joint + end + side); mark != marks.end())
+      mark->second.deviation = std::max(mark->second.deviation, least);
+}
+
 namespace {
 
 struct Length {
@@ -23,15 +29,10 @@ constexpr std::array<Length, 4> lengths{{{"hip", "knee", false, 422.2},
                                          {"shoulder", "elbow", true, 281.7},
                                          {"elbow", "wrist", true, 268.9}}};
 
-// Marks the joint at a limb's far end as doubtful; its epicondyles are as far off.
+// Marks the joint at a limb's far end as doubtful.
 void doubt(const std::string& joint, int side, double by, std::string_view why, Landmarks& marks) {
-  const std::string at = side_suffix(side);
-  Landmark& mark = marks.at(joint + at);
-  mark.deviation = std::max(mark.deviation, by);
-  mark.source += why;
-  for (const char* end : {"_medial", "_lateral"})
-    if (const auto found = marks.find(joint + end + at); found != marks.end())
-      found->second.deviation = std::max(found->second.deviation, by);
+  raise_deviation(joint, side_suffix(side), by, marks);
+  marks.at(joint + side_suffix(side)).source += why;
 }
 
 // A limb's length on one side, and the joints at its ends.

@@ -1,7 +1,7 @@
 // Checks of joints by limb lengths: left and right are nearly alike.
 #pragma once
 
-#include <string_view>
+#include <string>
 
 #include "segmentation/joints/limbs.hpp"
 #include "segmentation/vocabulary/landmarks.hpp"
@@ -14,6 +14,10 @@ void place_cut_ankles(const Trunk& trunk, const Limbs& limbs, Landmarks& marks);
 
 /// True if a comparison of lengths marked the joint as doubtful.
 bool is_doubted(const Landmark& mark);
+
+/// Raises the deviation of `joint` + `side` ("elbow", "_left") to at least `least` mm, and of its epicondyles,
+/// which are as far off.
+void raise_deviation(const std::string& joint, const std::string& side, double least, Landmarks& marks);
 
 /// Compares each limb's lengths from joint to joint, left with right. Also compares them with the body's size
 /// if hips and shoulders both give it, and forearms with upper arms otherwise or if the arm is cut.

@@ -10,6 +10,7 @@
 #include <string>
 #include <utility>
 
+#include "segmentation/joints/limb_lengths.hpp"
 #include "segmentation/proposal/limb_roots.hpp"
 #include "segmentation/vocabulary/part_words.hpp"
 #include "segmentation/volume/nearest_whole.hpp"
@@ -45,9 +46,10 @@ Counts volumes_of(const Proposal& proposal, const LabelMap& labels) {
 constexpr double by_chance = 3.37;
 
 // Raises the deviation of a joint that lies `off` mm from the proposed one, if chance does not explain that.
-void doubt_joint(double off, double deviation, Landmark& found) {
-  if (off > by_chance * std::hypot(deviation, found.deviation))
-    found.deviation = std::max(found.deviation, off / 2);
+void doubt_joint(const std::string& name, double off, double deviation, Landmarks& landmarks) {
+  if (off <= by_chance * std::hypot(deviation, landmarks.at(name).deviation)) return;
+  const auto side = name.rfind('_');
+  raise_deviation(name.substr(0, side), name.substr(side), off / 2, landmarks);
 }
 
 // index into body_limbs of the limb that the proposal is sure of at a point; 0: none
@@ -87,14 +89,14 @@ void doubt_joints_by_proposal(const Anatomy& a, const AbsentParts& absent, Landm
     const auto [at, first] = nearest.try_emplace(joint.name, off);
     if (!first) at->second = std::min(at->second, off);
   }
-  for (const auto& [name, off] : nearest) doubt_joint(off.first, off.second, landmarks.at(name));
+  for (const auto& [name, off] : nearest) doubt_joint(name, off.first, off.second, landmarks);
   // (no shoulders: the root of an arm that lies on the trunk may be misplaced)
   const LimbRoots legs(a, BodyRegion::leg);
   for (const int side : {left_side, right_side})
     if (const auto hip = landmarks.find(std::string("hip") + side_suffix(side));
         hip != landmarks.end() && legs.sure(side))
-      doubt_joint((hip->second.point - *legs.joint[static_cast<std::size_t>(side)]).norm(), root_deviation,
-                  hip->second);
+      doubt_joint(hip->first, (hip->second.point - *legs.joint[static_cast<std::size_t>(side)]).norm(),
+                  root_deviation, landmarks);
 }
 
 double contradicted_share(const Proposal& proposal, const LabelMap& labels) {

@@ -72,6 +72,7 @@ class Scoring {
     count_voxels();
     for (std::size_t n = 1; n < parts.size(); ++n) part(n);
     joints();
+    landmarks();
     cuts();
     masses();
     return std::move(out_);
@@ -160,13 +161,24 @@ class Scoring {
       }
       const Vector3d error = found->second.point - exact->second.point;
       const double deviation = std::hypot(found->second.deviation, exact->second.deviation);
-      out_.joint[stem(joint)].push_back(error.norm());
       for (int c = 0; c < 3; ++c)
         out_.joint_honesty.push_back(std::abs(error[c]) / std::max(deviation, 1e-6));
       if (error.norm() <= 5 * std::sqrt(3.0) * deviation) continue;
       const auto parent = static_cast<std::size_t>(part_label(parts[n].parent));
       miss(fmt::format("joint {} by {:.0f} mm (stated {:.0f})", joint, error.norm(), found->second.deviation),
            !told({n, parent}, joint));
+    }
+  }
+
+  void landmarks() {
+    for (const auto& [name, exact] : scan_.landmarks) {
+      const auto found = found_.landmarks.find(name);
+      if (found == found_.landmarks.end() || !well_within(scan_.grey, exact.point)) continue;
+      const Vector3d error = found->second.point - exact.point;
+      const double deviation = std::hypot(found->second.deviation, exact.deviation);
+      out_.landmark[stem(name)].push_back(error.norm());
+      for (int c = 0; c < 3; ++c)
+        out_.landmark_honesty[stem(name)].push_back(std::abs(error[c]) / std::max(deviation, 1e-6));
     }
   }
 
@@ -219,7 +231,8 @@ BodyScore& BodyScore::operator+=(const BodyScore& other) {
   scans += other.scans, refused += other.refused, seconds += other.seconds;
   for (const auto& [name, n] : other.count) count[name] += n;
   append(dice, other.dice), append(own_bone, other.own_bone), append(mass, other.mass);
-  for (const auto& [name, errors] : other.joint) append(joint[name], errors);
+  for (const auto& [name, errors] : other.landmark) append(landmark[name], errors);
+  for (const auto& [name, ratios] : other.landmark_honesty) append(landmark_honesty[name], ratios);
   append(joint_honesty, other.joint_honesty), append(cut_honesty, other.cut_honesty);
   append(mass_honesty, other.mass_honesty);
   missed.insert(missed.end(), other.missed.begin(), other.missed.end());

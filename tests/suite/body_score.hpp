@@ -7,9 +7,10 @@
 // around it is in the scan. Honesty: errors over stated deviations. Joints: per coordinate, with the truth's
 // deviation added in squares; 68 % should lie within one deviation and 95 % within two. Cuts: distance of the
 // found plane's point from the true plane, over the deviation of its landmark. Masses: of whole parts, over
-// the table's deviation. A *bad miss* is a part that is lost, vanished, invented or swapped, or a joint off
-// by more than 5 deviations of its distance (sqrt(3) times a coordinate's deviation). It is *silent* if the
-// part (for a joint: both its parts) has a confidence of at least 0.5 and no warning names the part or joint.
+// the table's deviation. Landmarks count as joints do. A *bad miss* is a part that is lost, vanished, invented
+// or swapped, or a joint off by more than 5 deviations of its distance (sqrt(3) times a coordinate's
+// deviation). It is *silent* if the part (for a joint: both its parts) has a confidence of at least 0.5 and no
+// warning names the part or joint.
 #pragma once
 
 #include <map>
@@ -28,11 +29,12 @@ struct Missed {
 /// Counts and errors of one scan, or of many.
 struct BodyScore {
   int scans = 0, refused = 0;
-  std::map<std::string, int> count;                  ///< by the italic words above, and "joint lost"
-  std::vector<double> dice, own_bone;                ///< of present parts
-  std::vector<double> mass;                          ///< of present parts: found over true mass, minus 1
-  std::map<std::string, std::vector<double>> joint;  ///< by kind ("knee"): distance, mm
+  std::map<std::string, int> count;    ///< by the italic words above, and "joint lost"
+  std::vector<double> dice, own_bone;  ///< of present parts
+  std::vector<double> mass;            ///< of present parts: found over true mass, minus 1
   std::vector<double> joint_honesty, cut_honesty, mass_honesty;  ///< error / stated deviation, absolute
+  std::map<std::string, std::vector<double>> landmark;           ///< by kind ("knee"): distance, mm
+  std::map<std::string, std::vector<double>> landmark_honesty;   ///< by kind: as joint_honesty
   std::vector<Missed> missed;
   double seconds = 0;
 

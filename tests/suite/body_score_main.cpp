@@ -101,12 +101,22 @@ void print_parts(const Table& table, const char* head) {
   }
 }
 
-void print_joints(const Table& table) {
-  fmt::print("\n| source | joint | found | median, mm | 95th pct, mm |\n| --- | --- | --- | --- | --- |\n");
+double percent_within(const std::vector<double>& ratios, double most) {
+  const auto held = std::count_if(ratios.begin(), ratios.end(), [&](double r) { return r <= most; });
+  return 100.0 * double(held) / std::max<double>(1, double(ratios.size()));
+}
+
+void print_landmarks(const Table& table) {
+  fmt::print(
+      "\n| source | landmark | found | median, mm | 95th pct, mm | within 1 deviation, % | within 2, % | "
+      "within 5, % |\n| --- | --- | --- | --- | --- | --- | --- | --- |\n");
   for (const auto& [name, s] : table)
-    for (const auto& [joint, errors] : s.joint)
-      fmt::print("| {} | {} | {} | {:.1f} | {:.1f} |\n", name, joint, errors.size(), quantile(errors, 0.5),
-                 quantile(errors, 0.95));
+    for (const auto& [landmark, errors] : s.landmark) {
+      const std::vector<double>& ratios = s.landmark_honesty.at(landmark);
+      fmt::print("| {} | {} | {} | {:.1f} | {:.1f} | {:.0f} | {:.0f} | {:.0f} |\n", name, landmark,
+                 errors.size(), quantile(errors, 0.5), quantile(errors, 0.95), percent_within(ratios, 1),
+                 percent_within(ratios, 2), percent_within(ratios, 5));
+    }
 }
 
 void print_honesty(const Table& table) {
@@ -117,12 +127,9 @@ void print_honesty(const Table& table) {
   for (const auto& [name, s] : table) {
     const auto n = [&](const char* what) { return s.count.contains(what) ? s.count.at(what) : 0; };
     const auto row = [&](const char* of, const std::vector<double>& ratios) {
-      const auto within = [&](double most) {
-        const auto held = std::count_if(ratios.begin(), ratios.end(), [&](double r) { return r <= most; });
-        return 100.0 * double(held) / std::max<double>(1, double(ratios.size()));
-      };
       fmt::print("| {} | {} | {} | {:.0f} | {:.0f} | {:.0f} | {} | {} | {} |\n", name, of, ratios.size(),
-                 within(1), within(2), within(5), n("bad misses"), n("silent"), n("joint lost"));
+                 percent_within(ratios, 1), percent_within(ratios, 2), percent_within(ratios, 5),
+                 n("bad misses"), n("silent"), n("joint lost"));
     };
     row("joint coordinates", s.joint_honesty), row("cuts", s.cut_honesty), row("masses", s.mass_honesty);
   }
@@ -187,7 +194,7 @@ int main(int count, char** words) {
   }
   print_parts(totals, "source");
   for (const auto& [source, table] : kinds) print_parts(table, (source + ": kind of scan").c_str());
-  print_joints(totals);
+  print_landmarks(totals);
   print_honesty(totals);
   return 0;
 }
