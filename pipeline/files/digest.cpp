@@ -39,7 +39,7 @@ Result<void> add_file(Digest& digest, const fs::path& path,
                       std::uint64_t count = std::numeric_limits<std::uint64_t>::max()) {
   if (auto fine = check_input_file(path); !fine) return fine;
   std::ifstream file(path, std::ios::binary);
-  std::vector<char> buffer(1 << 20);
+  std::vector<char> buffer(1 << 16);
   while (file && count > 0) {
     file.read(buffer.data(), static_cast<std::streamsize>(std::min<std::uint64_t>(buffer.size(), count)));
     digest.add({buffer.data(), static_cast<std::size_t>(file.gcount())});

@@ -63,6 +63,33 @@ Nearer nearer_skin(const Anatomy& a) {
   return out;
 }
 
+// Bone of the midline below the level of the hips, behind and in front of them, ml.
+struct Pubis {
+  double behind = 0, in_front = 0;
+};
+
+Pubis pubis_beside(const std::array<std::optional<FoundSphere>, 2>& hips, double scale, const Anatomy& a) {
+  Pubis out;
+  if (!hips[0] || !hips[1]) return out;
+  constexpr double half_width = 25, deep = 60, near = 10, far = 110;  // mm
+  const Eigen::Vector3d middle = 0.5 * (hips[0]->centre + hips[1]->centre);
+  const auto& g = a.grid();
+  const double each = std::pow(a.step(), 3) * 1e-3;
+  const auto index = [&](int axis, double off) {
+    return std::clamp<std::int64_t>(std::lround((middle[axis] + off * scale - g.origin[axis]) / a.step()), 0,
+                                    g.size[static_cast<std::size_t>(axis)]);
+  };
+  for (auto k = index(2, -deep); k < index(2, 0); ++k)
+    for (auto j = index(1, -far); j < index(1, far); ++j)
+      for (auto i = index(0, -half_width); i < index(0, half_width); ++i) {
+        if (!a.bone.at(i, j, k)) continue;
+        const double back = g.point(i, j, k)[1] - middle[1];
+        if (back > near * scale) out.behind += each;
+        if (back < -near * scale) out.in_front += each;
+      }
+  return out;
+}
+
 bool is_upside_down(const Anatomy& a, const Trunk& trunk) {
   if (trunk.lungs[1] <= trunk.lungs[0]) return false;
   const auto& g = a.grid();
@@ -81,7 +108,12 @@ bool is_upside_down(const Anatomy& a, const Trunk& trunk) {
 std::optional<Eigen::Matrix3d> half_turn(const Anatomy& a, const Trunk& trunk) {
   constexpr double enough = 120;  // mm
   const Nearer nearer = nearer_skin(a);
-  const bool backwards = nearer.front > enough && nearer.front > 3 * nearer.back,
+  // a scan of the pelvis alone shows too little of the back
+  constexpr double little = 60, of_pubis = 8;  // mm, ml
+  const Pubis pubis = pubis_beside(trunk.hip, trunk.scale, a);
+  const bool pubis_behind =
+      nearer.back < little && pubis.behind > of_pubis && pubis.behind > 4 * pubis.in_front;
+  const bool backwards = pubis_behind || (nearer.front > enough && nearer.front > 3 * nearer.back),
              down = is_upside_down(a, trunk);
   if (!backwards && !down) return std::nullopt;
   const double back = backwards ? -1 : 1, up = down ? -1 : 1;

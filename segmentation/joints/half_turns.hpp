@@ -15,7 +15,9 @@ namespace borelli {
 ///
 /// Front and back: between ribs and pelvis, spine and sacrum lie close to the skin of the back, and no bone
 /// lies close to the skin of the belly. Over about 300 mm of an adult's trunk, bone is at least 40 mm nearer
-/// to the back. Only the pubis, over about 50 mm, is that much nearer to the front. Up and down: head and
+/// to the back. Only the pubis, over about 50 mm, is that much nearer to the front. Where less than 60 mm
+/// show the back, the pubis tells: it lies below and in front of the hips, with no other bone of the midline
+/// at its level. Up and down: head and
 /// neck above the lungs' tops, even with arms overhead, have less volume than the chest. Most of the body
 /// lies below the lungs.
 std::optional<Eigen::Matrix3d> half_turn(const Anatomy& anatomy, const Trunk& trunk);

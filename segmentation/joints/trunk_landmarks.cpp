@@ -205,7 +205,8 @@ std::optional<Landmark> find_vertex(const Anatomy& a, const Limbs& limbs, const 
     // a cut head has a large top section
     if (count * a.step() * a.step() > 5000) return std::nullopt;
     if (vertex[2] < neck[2] + 120 * scale) return std::nullopt;
-    constexpr double usual = 8, beside_an_arm = 10;  // mm
+    // a nod of 15 degrees moves the head's own vertex 40 mm away from its highest point
+    constexpr double usual = 25, beside_an_arm = 30;  // mm
     return Landmark{vertex, hidden ? beside_an_arm : usual, 0, "skin: highest point of the head"};
   }
   return std::nullopt;

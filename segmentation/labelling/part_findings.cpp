@@ -297,7 +297,7 @@ void judge_parts(const Anatomy& a, const Volume<std::uint8_t>& owner, const Part
   note_stumps(out);
   note_missing_cuts(planes, out);
   doubt_unparted_limbs(out);
-  doubt_limbs_that_end_in_view(a, out);
+  doubt_jointless_limbs(a, out);
   doubt_impossible_shares(out);
   doubt_what_touches(touched.get(), out);
 }

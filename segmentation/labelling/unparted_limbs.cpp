@@ -133,7 +133,7 @@ void doubt_unparted_limbs(Segmentation& out) {
     }
 }
 
-void doubt_limbs_that_end_in_view(const Anatomy& a, Segmentation& out) {
+void doubt_jointless_limbs(const Anatomy& a, Segmentation& out) {
   constexpr double last = 10, near = 15;  // mm: length of an end; from the scan's edge
   const Grid& g = out.labels.grid;
   for (const LimbPart& limb : {limb_parts[1], limb_parts[3]})
@@ -166,8 +166,10 @@ void doubt_limbs_that_end_in_view(const Anatomy& a, Segmentation& out) {
           if (outwards.dot(p - middle) > farthest - last) sum += p, ++count;
         at_edge[end] = a.near_edge(sum / count, near);
       }
-      if (at_edge[0] == at_edge[1]) continue;
       const std::string no_joint = std::string("no ") + limb.to + " was found";
+      if (at_edge[0] && at_edge[1])
+        finding.doubt(0.4, no_joint + ": this part may include some of the " + limb.beyond);
+      if (at_edge[0] == at_edge[1]) continue;
       finding.doubt(0.2, no_joint + ": this part includes the " + limb.beyond);
       out.part[next].coverage = Coverage::cut;
       out.part[next].say("included in the " + in_words(limb.name) + ": " + no_joint);

@@ -20,9 +20,9 @@ void note_missing_cuts(const PartPlanes& planes, Segmentation& out);
 /// their elbow, the upper arm of an adult of that size.
 void doubt_unparted_limbs(Segmentation& out);
 
-/// Doubts forearms and shanks that the scan cuts at one end and shows at the other, if neither of their
-/// joints is known: they include the hand or foot.
-void doubt_limbs_that_end_in_view(const Anatomy& anatomy, Segmentation& out);
+/// Doubts forearms and shanks that the scan cuts, if neither of their joints is known. If the scan shows one
+/// end, they include the hand or foot; if it cuts both, they may include some of it.
+void doubt_jointless_limbs(const Anatomy& anatomy, Segmentation& out);
 
 /// Doubts the head if the scan's side cuts a raised arm before its wrist: the hand may lie on the head and be
 /// labelled as head.

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "samples/phantom_voxels.hpp"
@@ -54,6 +55,30 @@ TEST(HalfTurns, BodyOverridesAWrongHeader) {
                 2)
           << name << signs.transpose();
   }
+}
+
+// A scan of the pelvis alone, whose header calls the front back.
+TEST(HalfTurns, PubisTellsFrontFromBack) {
+  const Phantom body = *build_phantom({});
+  GridOptions coarse;
+  coarse.spacing.setConstant(4);
+  Grid grid = phantom_grid(body, coarse);
+  const double hips = body.landmarks.at("mid_hip").point.z();
+  const auto first = std::lround((hips - 120 - grid.origin.z()) / 4),
+             last = std::lround((hips + 100 - grid.origin.z()) / 4);
+  grid.origin.z() += 4 * double(first), grid.size[2] = last - first;
+  GreyVolume pelvis = voxelise(body, grid, {.noise_hu = 15}).grey;
+  Trunk trunk = find_trunk(anatomy_of(pelvis, 4, 1));
+  ASSERT_TRUE(trunk.hip[0] && trunk.hip[1]);
+  EXPECT_FALSE(half_turn(anatomy_of(pelvis, 4, 1), trunk));
+  const Eigen::Vector3d signs(-1, -1, 1);
+  pelvis.grid.axes = signs.asDiagonal() * pelvis.grid.axes;
+  pelvis.grid.origin = signs.asDiagonal() * pelvis.grid.origin;
+  std::swap(trunk.hip[0], trunk.hip[1]);
+  for (auto& hip : trunk.hip) hip->centre = signs.asDiagonal() * hip->centre;
+  const auto found = half_turn(anatomy_of(pelvis, 4, 1), trunk);
+  ASSERT_TRUE(found);
+  EXPECT_TRUE(found->isApprox(Eigen::Matrix3d(signs.asDiagonal())));
 }
 
 }  // namespace

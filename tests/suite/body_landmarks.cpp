@@ -85,6 +85,13 @@ class Bones {
     }
     return out;
   }
+  // Voxels' centres of a part, bone and flesh.
+  Points part(const std::string& name) const {
+    Points out;
+    for (std::size_t n = 0; n < body_.voxel.size(); ++n)
+      if (body_.owner[n] == static_cast<std::size_t>(part_label(name))) out.push_back(body_.centre(n));
+    return out;
+  }
   double middle() const { return middle_; }
 
  private:
@@ -110,6 +117,12 @@ std::optional<FoundSphere> robust_ball(const Points& faces, Vector3d centre, dou
 void mark(Landmarks& out, const std::string& name, const Vector3d& point, double deviation,
           double radius = 0) {
   out[name] = {point, deviation, radius, "exact"};
+}
+
+const Vector3d& farthest(const Points& points, const Vector3d& from) {
+  return *std::max_element(points.begin(), points.end(), [&](const Vector3d& a, const Vector3d& b) {
+    return (a - from).squaredNorm() < (b - from).squaredNorm();
+  });
 }
 
 // Ends along the longest horizontal axis of a slab: first the one to `lateral`.
@@ -150,9 +163,7 @@ void arm(const Bones& bones, bool left, Landmarks& out) {
   mark(out, "elbow" + at, mean(near(lower, fore, 8)), 3, 12);
   mark(out, "wrist" + at, border(fore, hand, 9), 3);
   const Vector3d wrist = out.at("wrist" + at).point;
-  const Vector3d tip = *std::max_element(hand.begin(), hand.end(), [&](const Vector3d& a, const Vector3d& b) {
-    return (a - wrist).norm() < (b - wrist).norm();
-  });
+  const Vector3d tip = farthest(bones.part("hand" + at), wrist);
   mark(out, "dactylion_3" + at, tip, 5);
   const Vector3d along = (tip - wrist).normalized();
   const double length = (tip - wrist).norm();
@@ -165,7 +176,7 @@ void leg(const Bones& bones, bool left, Landmarks& out) {
   const std::string at = left ? "_left" : "_right";
   const Vector3d lateral(left ? 1 : -1, 0, 0);
   const Points pelvis = bones.of(41, 42), upper = bones.side(28, 30, left), lower = bones.side(31, 33, left),
-               tibia = bones.side(34, 36, left), foot = bones.side(37, 38, left);
+               tibia = bones.side(34, 36, left);
   const Points at_socket = near(upper, pelvis, 16);
   const Points faces = near(bones.faces(28, 30, left), at_socket, 12);
   if (const auto ball = robust_ball(faces, mean(at_socket), 23))
@@ -184,14 +195,21 @@ void leg(const Bones& bones, bool left, Landmarks& out) {
 
   const double sole = lowest(tibia);
   const Points malleoli = those(tibia, [&](const Vector3d& p) { return p.z() < sole + 30; });
-  const auto tip = [&](const Vector3d& along) {
+  const auto side = [&](const Vector3d& along) {
     const double most = extreme(malleoli, along).dot(along);
     return mean(those(malleoli, [&](const Vector3d& p) { return p.dot(along) > most - 4; }));
   };
-  mark(out, "lateral_malleolus" + at, tip(lateral), 4), mark(out, "medial_malleolus" + at, tip(-lateral), 4);
-  mark(out, "ankle" + at, 0.5 * (tip(lateral) + tip(-lateral)), 8);
-  mark(out, "heel" + at, extreme(foot, Vector3d::UnitY()), 5);
-  mark(out, "toe_tip" + at, extreme(foot, -Vector3d::UnitY()), 5);
+  const Vector3d ankle = 0.5 * (side(lateral) + side(-lateral));
+  mark(out, "ankle" + at, ankle, 8);
+  const auto tip = [&](const Vector3d& along) {
+    const Points half = those(malleoli, [&](const Vector3d& p) { return (p - ankle).dot(along) > 10; });
+    return mean(those(half, [low = lowest(half)](const Vector3d& p) { return p.z() < low + 4; }));
+  };
+  mark(out, "lateral_malleolus" + at, tip(lateral), 10),
+      mark(out, "medial_malleolus" + at, tip(-lateral), 10);
+  const Points foot = bones.part("foot" + at);
+  mark(out, "toe_tip" + at, farthest(foot, ankle), 5);
+  mark(out, "heel" + at, farthest(foot, out.at("toe_tip" + at).point), 8);
   const Points half = those(pelvis, [&, low = lowest(pelvis), high = highest(pelvis)](const Vector3d& p) {
     return p.z() > 0.5 * (low + high) && (p.x() > bones.middle()) == left;
   });
@@ -255,8 +273,14 @@ Landmarks find_body_landmarks(const LabelledBody& body) {
   mark(out, "l5_s1", disc(lumbar, sacrum), 5);
   const Points c7 = those(cervical, [low = lowest(cervical)](const Vector3d& p) { return p.z() < low + 25; });
   mark(out, "cervicale", extreme(c7, Vector3d::UnitY()), 5);
-  mark(out, "suprasternale", extreme(sternum, Vector3d::UnitZ()), 4);
-  mark(out, "xiphion", extreme(sternum, -Vector3d::UnitZ()), 5);
+  // the manubrium's corners, to which the clavicles lead, rise above its notch
+  const double top_of_bone = highest(sternum), end_of_bone = lowest(sternum);
+  const double middle = mean(those(sternum, [&](const Vector3d& p) { return p.z() > top_of_bone - 30; })).x();
+  mark(out, "suprasternale",
+       extreme(those(sternum, [&](const Vector3d& p) { return std::abs(p.x() - middle) < 8; }),
+               Vector3d::UnitZ()),
+       4);
+  mark(out, "xiphion", mean(those(sternum, [&](const Vector3d& p) { return p.z() < end_of_bone + 4; })), 5);
   mark(out, "spine_upper", bodies_at(out.at("xiphion").point.z()), 5);
   const double low = lowest(lumbar), high = highest(lumbar);
   mark(out, "l4_l5", bodies_at(low + 0.2 * (high - low)), 6);

@@ -11,23 +11,26 @@
 //       Mean of the faces between the hand's bones and ulna and radius.
 //   knee_*
 //       x: midpoint of the epicondyles. y: mean of the femur's lowest 36 mm. z: 20 mm above its lower end.
-//   medial_malleolus_*, lateral_malleolus_*, ankle_*
-//       Outermost points of tibia and fibula in their lowest 30 mm; the ankle is their midpoint. The joint's axis lies up
-//       to 15 mm lower, near the malleoli's tips, which the labels cut off (deviation 8 mm).
+//   ankle_*
+//       Midpoint of the outermost points of tibia and fibula in their lowest 30 mm. The joint's axis lies up to 15 mm
+//       lower, near the malleoli's tips, which the labels cut off (deviation 8 mm).
+//   medial_malleolus_*, lateral_malleolus_*
+//       Lowest points of tibia and fibula, more than 10 mm to the side of the ankle (deviation 10 mm: cut off).
 //   neck, t12_l1, l5_s1
 //       Middle of the border between two regions of the spine, in front of the spinal cord.
 //   cervicale
 //       Rearmost voxel of the cervical spine's lowest 25 mm.
 //   suprasternale, xiphion
-//       Upper and lower end of the sternum.
+//       Upper end of the sternum within 8 mm of its middle; mean of its lowest 4 mm.
 //   spine_upper
 //       Middle of the vertebral bodies at the xiphion's level.
 //   omphalion, spine_lower
 //       The deepest dent of the front skin near the middle of the lumbar spine, and the vertebral bodies at its level.
 //   asis_*, psis_*
 //       Frontmost and rearmost voxel of the pelvis' upper half.
-//   vertex, heel_*, toe_tip_*, dactylion_3_*
-//       Topmost voxel of the body; rearmost and frontmost of a foot; a hand's farthest from its wrist.
+//   vertex, toe_tip_*, heel_*, dactylion_3_*
+//       Topmost voxel of the body; a foot's farthest from its ankle, and its farthest from there; a hand's farthest
+//       from its wrist. Flesh counts.
 //   metacarpale_3_*
 //       Mean of the hand's bones at 46 % of the way from wrist to dactylion.
 //   mid_hip, l4_l5
@@ -42,7 +45,7 @@ namespace borelli::suite {
 
 struct LabelledBody;
 
-/// The landmarks above at rest, patient frame, mm. `body` needs voxels, organs and densities only.
+/// The landmarks above at rest, patient frame, mm. `body` needs voxels, organs, owners and densities only.
 Landmarks find_body_landmarks(const LabelledBody& body);
 
 }  // namespace borelli::suite

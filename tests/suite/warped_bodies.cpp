@@ -237,9 +237,10 @@ double crowding(const LabelledBody& body, const Place& place) {
 }  // namespace
 
 Landmarks moved_landmarks(const LabelledBody& body, const BodyMap& map) {
+  constexpr std::array skin{"vertex", "omphalion", "dactylion_3", "heel", "toe_tip"};
   Landmarks out = body.landmarks;
   for (auto& [name, landmark] : out) {
-    const bool on_skin = name == "vertex" || name == "omphalion";
+    const bool on_skin = std::ranges::any_of(skin, [&](const char* stem) { return name.starts_with(stem); });
     double least = 1e18;
     std::size_t nearest = 0;
     for (std::size_t n = 0; n < body.voxel.size(); ++n) {
