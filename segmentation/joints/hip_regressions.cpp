@@ -4,6 +4,9 @@
 #include <array>
 #include <cmath>
 #include <string>
+#include <string_view>
+
+#include "segmentation/joints/limb_lengths.hpp"
 
 namespace borelli {
 namespace {
@@ -21,6 +24,9 @@ constexpr std::array<Named, 4> all{{{HipRegression::harrington, "Harrington 2007
                                     {HipRegression::bell, "Bell 1989"}}};
 
 bool is_regression(const Landmark& landmark) { return landmark.source.starts_with("regression"); }
+
+// error of a regressed centre against the imaged head, mm (Mantovani 2016)
+constexpr double seen_mean = 12.3, seen_deviation = 5.9;
 
 struct Pelvis {
   PelvisSize size;
@@ -92,7 +98,7 @@ void place_unseen_hips(Landmarks& marks, const std::array<bool, 2>& no_leg) {
     if (!chosen) chosen = &one, place = *centre;
     spread = std::max(spread, (*centre - place).squaredNorm());
   }
-  constexpr double seen_mean = 12.3, seen_deviation = 5.9, tilt = 10 * M_PI / 180;
+  constexpr double tilt = 10 * M_PI / 180;
   double squares = seen_mean * seen_mean + seen_deviation * seen_deviation + spread;
   if (!pelvis.tilt_seen) squares += std::pow(tilt * place.head<2>().norm(), 2);
   double points = 0;
@@ -117,6 +123,38 @@ void place_unseen_hips(Landmarks& marks, const std::array<bool, 2>& no_leg) {
   if (middle != marks.end() && !is_regression(middle->second)) return;
   marks["mid_hip"] = {0.5 * (centre[0] + centre[1]), deviation, 0,
                       std::string("regression: ") + chosen->name};
+}
+
+double misfit_of_hips(const Landmarks& marks) {
+  // a pair of landmarks whose source starts with `source` and is not doubted
+  const auto measured = [&](const std::string& name, std::string_view source) {
+    std::array<const Landmark*, 2> pair{};
+    for (const std::size_t n : {0, 1}) {
+      const auto it = marks.find(name + (n == 0 ? "_left" : "_right"));
+      if (it != marks.end() && it->second.source.starts_with(source) && !is_doubted(it->second))
+        pair[n] = &it->second;
+    }
+    return pair;
+  };
+  const auto hips = measured("hip", "bone: sphere"), spines = measured("asis", "bone: foremost point");
+  if (!hips[0] || !hips[1] || !spines[0] || !spines[1]) return 0;
+  const auto apart = [](const auto& pair) { return (pair[0]->point - pair[1]->point).norm(); };
+  const double usual = 2 * (*hip_centre(HipRegression::harrington_width, {.width = apart(spines)}))[2],
+               off = apart(hips) - usual;
+  // both sides' errors along one of three axes; those of the ASIS count by about two thirds
+  const double squares = 2 * (seen_mean * seen_mean + seen_deviation * seen_deviation) / 3 +
+                         4.0 / 9 * (std::pow(spines[0]->deviation, 2) + std::pow(spines[1]->deviation, 2));
+  constexpr double by_chance = 3;
+  return std::abs(off) > by_chance * std::sqrt(squares) ? off : 0;
+}
+
+void doubt_misfit_hips(Landmarks& marks) {
+  const double off = misfit_of_hips(marks);
+  if (off == 0) return;
+  for (const char* side : {"_left", "_right"}) {
+    raise_deviation("hip", side, 0.5 * std::abs(off), marks);
+    marks.at(std::string("hip") + side).source += unlike_body;
+  }
 }
 
 }  // namespace borelli

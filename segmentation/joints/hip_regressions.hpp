@@ -36,4 +36,11 @@ std::optional<Eigen::Vector3d> hip_centre(HipRegression regression, const Pelvis
 /// the tilt. Without PSIS the frame's Y follows the trunk (towards the neck; else patient z).
 void place_unseen_hips(Landmarks& landmarks, const std::array<bool, 2>& no_leg = {});
 
+/// The distance between hips that spheres gave, less the usual one for the width between the ASIS (Harrington
+/// by width), mm. 0 within three standard deviations, and if hips or ASIS were not measured or are doubtful.
+double misfit_of_hips(const Landmarks& landmarks);
+
+/// Raises the hips' deviations to half of their misfit. Their source then ends with `unlike_body`.
+void doubt_misfit_hips(Landmarks& landmarks);
+
 }  // namespace borelli

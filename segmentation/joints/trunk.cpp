@@ -53,7 +53,7 @@ using Balls = std::vector<FoundSphere>;
 // The likeliest pair among the spheres of two sides (heads, their sockets' surfaces, tubers, trochanters):
 // good agreement, equal radii of a head's size (19 to 29 mm in adults), and distance, level and place as
 // `fits` requires. holds(l, r) tests the spheres themselves.
-// Skips pairs whose two spheres both lie within `one_place` of those of `other_than`, unless that is empty.
+// Skips pairs whose two spheres both lie within `one_place` of those of `other_than`, unless its score is 0.
 constexpr double one_place = 12;  // mm
 template <class Fits, class Holds>
 Pair likeliest(const Anatomy& a, const LimbRoots& roots, const Balls& left, const Balls& right, Spacing apart,
@@ -82,7 +82,7 @@ Pair likeliest(const Anatomy& a, const LimbRoots& roots, const Balls& left, cons
 template <class Fits, class Holds>
 std::optional<Pair> find_heads(const Anatomy& a, const LimbRoots& roots, RoundHeads& candidates,
                                Spacing apart, double level, double again, const Fits& fits,
-                               const Holds& holds) {
+                               const Holds& holds, const Pair& other_than = {}) {
   constexpr double same = 15;  // mm; spheres are searched within 30 mm of a place
   constexpr std::size_t most_places = 5;
   struct Side {
@@ -107,12 +107,12 @@ std::optional<Pair> find_heads(const Anatomy& a, const LimbRoots& roots, RoundHe
   }
   Pair best;
   const auto improve = [&] {
-    best = likeliest(a, roots, sides[0].balls, sides[1].balls, apart, level, fits, holds);
+    best = likeliest(a, roots, sides[0].balls, sides[1].balls, apart, level, fits, holds, other_than);
     for (int round = 0; round < 3 && best.score > 0; ++round) {
       const bool left = search_near(sides[0], best.left.centre, again),
                  right = search_near(sides[1], best.right.centre, again);
       if (!left && !right) break;
-      best = likeliest(a, roots, sides[0].balls, sides[1].balls, apart, level, fits, holds);
+      best = likeliest(a, roots, sides[0].balls, sides[1].balls, apart, level, fits, holds, other_than);
     }
   };
   improve();
@@ -143,6 +143,7 @@ std::optional<Pair> find_heads(const Anatomy& a, const LimbRoots& roots, RoundHe
     best.right.rival = share * (rival.right.centre - best.right.centre).norm();
     return best;
   }
+  if (other_than.score > 0) return std::nullopt;  // votes may be off by a head's radius
   const auto voted_head = std::find_if(voted.begin(), voted.end(),
                                        [&](const Pair& pair) { return holds(pair.left, pair.right); });
   if (voted_head == voted.end()) return std::nullopt;
@@ -158,23 +159,24 @@ constexpr double above_end = 12;
 // without the iliac spines, about 80 mm above the hips, a hip was 20 mm off
 constexpr double below_end = 55, below_ilium = 85;
 
-void find_hips(const Anatomy& a, const HeadsInBody& body, RoundHeads& candidates, Trunk& trunk) {
+void find_hips(const Anatomy& a, const HeadsInBody& body, RoundHeads& candidates, const Pair& other_than,
+               Trunk& trunk) {
   const LimbRoots roots(a, BodyRegion::leg);
   // if the forest is sure of both legs, no sacrum need be seen: the ICRP female's is no denser than flesh
   const auto fits = [&](const Vector3d& l, const Vector3d& r) {
     return roots.sure() ? body.deep_below_lungs(l, r) : body.near_hips(l, r);
   };
   const auto holds = [&](const FoundSphere& l, const FoundSphere& r) { return body.are_hips(l, r); };
-  auto heads = find_heads(a, roots, candidates, hips_apart, 25, hips_again, fits, holds);
+  auto heads = find_heads(a, roots, candidates, hips_apart, 25, hips_again, fits, holds, other_than);
   if (!heads) {
     const auto near = [&](const Vector3d& l, const Vector3d& r) { return body.near_hips(l, r); };
-    heads = find_heads(a, {}, candidates, hips_apart, 25, hips_again, near, holds);
+    heads = find_heads(a, {}, candidates, hips_apart, 25, hips_again, near, holds, other_than);
   }
   // just above the scan's end, sockets pass for heads if the scan cuts the heads; the better pair wins
   constexpr double apart = 30;  // mm, between spheres about one hip
   if (!heads || body.cuts(heads->left, apart) || body.cuts(heads->right, apart)) {
     const auto may_be = [&](const FoundSphere& l, const FoundSphere& r) { return body.may_be_hips(l, r); };
-    const auto other = find_heads(a, roots, candidates, hips_apart, 25, hips_again, fits, may_be);
+    const auto other = find_heads(a, roots, candidates, hips_apart, 25, hips_again, fits, may_be, other_than);
     // alone they must be sure: the lower two thirds of heads score .037 to .13 (four bodies); smaller pieces,
     // ilia and edges of sockets at most .021
     constexpr double sure = 0.03;
@@ -341,7 +343,8 @@ double Trunk::middle(double z) const {
   return 0;
 }
 
-Trunk find_trunk(const Anatomy& a, const AbsentParts& absent) {
+Trunk find_trunk(const Anatomy& a, const AbsentParts& absent,
+                 const std::array<std::optional<FoundSphere>, 2>& not_hips) {
   Trunk trunk;
   trunk.absent = absent;
   const bool legs = !is_absent(absent, "thigh", "_left") && !is_absent(absent, "thigh", "_right"),
@@ -349,7 +352,9 @@ Trunk find_trunk(const Anatomy& a, const AbsentParts& absent) {
   RoundHeads candidates(a);
   HeadsInBody body(a);
   trunk.lungs = body.lungs();
-  if (legs) find_hips(a, body, candidates, trunk);
+  Pair other_than;
+  if (not_hips[0] && not_hips[1]) other_than = {*not_hips[0], *not_hips[1], 1};
+  if (legs) find_hips(a, body, candidates, other_than, trunk);
   if (arms) find_shoulders(a, body, candidates, trunk);
   find_lone_hip(a, body, candidates, trunk);
   find_lone_shoulder(a, body, candidates, trunk);
@@ -357,7 +362,7 @@ Trunk find_trunk(const Anatomy& a, const AbsentParts& absent) {
   if (!trunk.shoulder[0] && !trunk.hip[0]) find_one_side(a, body, candidates, trunk);
   if (!trunk.shoulder[0] && !trunk.hip[0]) {
     body.allow_hollow();
-    if (legs) find_hips(a, body, candidates, trunk);
+    if (legs) find_hips(a, body, candidates, other_than, trunk);
     if (arms) find_shoulders(a, body, candidates, trunk);
     if (!trunk.hip[0]) find_lone_hip(a, body, candidates, trunk);
     find_lone_shoulder(a, body, candidates, trunk);

@@ -51,7 +51,9 @@ struct Trunk {
 /// large child, with flesh and spine between them. This distinguishes femoral heads from knees and humeral
 /// heads from elbows. A pair that the surrounding anatomy does not confirm is rejected (heads_in_body.hpp).
 /// The spine is the upward path from between the hips that contains most bone.
-Trunk find_trunk(const Anatomy& anatomy, const AbsentParts& absent = {});
+/// `not_hips`: spheres that proved not to be both hips; the next likely pair is taken.
+Trunk find_trunk(const Anatomy& anatomy, const AbsentParts& absent = {},
+                 const std::array<std::optional<FoundSphere>, 2>& not_hips = {});
 
 /// Sets `spine` to the best column near x from `bottom` to `top` (mm, patient z). Each step up moves at most
 /// one voxel sideways (dynamic programming). Iliac wings contain as much bone as the column, so the path is

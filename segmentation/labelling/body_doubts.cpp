@@ -181,11 +181,15 @@ void warn_of_joints(const Grid& grid, Segmentation& out) {
           WarningKind::joint, far ? Severity::doubt : Severity::note,
           mark.source.ends_with(unlike_other_side)
               ? "left and right limbs differ more in length than in any person, so these joints may lie off"
+          : name.starts_with("hip")
+              ? "the hips lie closer together or farther apart than the iliac spines allow"
               : "limbs have a length that no body of this size has, so these joints may lie off",
           in_words(name) + " " + by);
       warning.text = in_words(name) + fmt::format(" may lie {:.0f} mm off: ", mark.deviation) +
                      (mark.source.ends_with(unlike_other_side)
                           ? "left and right limbs differ more in length than in any person"
+                      : name.starts_with("hip")
+                          ? "the hips lie closer together or farther apart than the iliac spines allow"
                           : "its limb has a length that no body of this size has");
       out.warnings.push_back(std::move(warning));
       continue;

@@ -101,6 +101,7 @@ Segmentation parts_of(const GreyVolume& volume, Anatomy& a, const Trunk& of_body
   Segmentation out;
   find_limb_landmarks(a, trunk, limbs, out.landmarks);
   find_trunk_landmarks(a, trunk, limbs, out.landmarks);
+  doubt_misfit_hips(out.landmarks);
   mirror_sides(trunk, limbs, out.landmarks);
   put_in_middle(trunk, out.landmarks);
   out.convention = options.convention;
@@ -178,6 +179,23 @@ Result<void> ask_forest(Anatomy& a, const Forest* forest) {
   return {};
 }
 
+// The same with the next likely pair of hips, if the iliac spines contradict the first pair and not that one.
+Segmentation parts_about_likely_hips(const GreyVolume& volume, Anatomy& a, const Trunk& trunk,
+                                     ClassParts* classes, const SegmentOptions& options,
+                                     const Progress& progress) {
+  Segmentation found = parts_of(volume, a, trunk, classes, options, progress);
+  const auto hips_misfit = [](const Segmentation& s) {
+    const auto hip = s.landmarks.find("hip_left");
+    return hip != s.landmarks.end() && hip->second.source.ends_with(unlike_body);
+  };
+  if (classes || !options.given.empty() || !hips_misfit(found)) return found;
+  const Trunk other = find_trunk(a, options.absent, trunk.hip);
+  if (!other.hip[0] || !other.hip[1]) return found;
+  a.wall.clear();
+  Segmentation next = parts_of(volume, a, other, classes, options, progress);
+  return !hips_misfit(next) && next.landmarks.contains("hip_left") ? next : found;
+}
+
 // The parts found in a view. Empty unless both hips and both shoulders are those of a straight body of usual
 // size.
 std::optional<Segmentation> parts_in_view(const GreyVolume& volume, const View& view,
@@ -193,7 +211,7 @@ std::optional<Segmentation> parts_in_view(const GreyVolume& volume, const View& 
   SegmentOptions as_usual = options;
   as_usual.step /= view.size;
   as_usual.given = view.seen(options.given);
-  Segmentation out = parts_of(usual, a, trunk, nullptr, as_usual, progress);
+  Segmentation out = parts_about_likely_hips(usual, a, trunk, nullptr, as_usual, progress);
   out.labels.grid = volume.grid;
   out.landmarks = view.unseen(std::move(out.landmarks));
   for (PartFinding& part : out.part) part.volume *= view.size * view.size * view.size;
@@ -221,7 +239,8 @@ Segmentation parts_as_it_lies(const GreyVolume& volume, Anatomy& a, const Trunk&
   Trunk without;
   without.lungs = trunk.lungs, without.absent = trunk.absent;
   const bool false_hips = may_err && hips_near_crests(a, trunk);
-  Segmentation found = parts_of(volume, a, false_hips ? without : trunk, classes, options, progress);
+  Segmentation found =
+      parts_about_likely_hips(volume, a, false_hips ? without : trunk, classes, options, progress);
   if (may_err && !false_hips && contradicted_share(*a.proposal, found.labels) > too_much) {
     a.wall.clear();
     found = parts_of(volume, a, without, classes, options, progress);

@@ -98,5 +98,24 @@ TEST(HipRegressions, FollowThePelvisAsItLies) {
   EXPECT_EQ(one_spine.size(), 1U);
 }
 
+// Hips beside spines 240 mm apart: 173 mm by Harrington's width, 173 by Bell's.
+TEST(HipRegressions, DoubtHipsThatSpinesContradict) {
+  const auto body = [](double apart, const char* source) {
+    return Landmarks{{"asis_left", {Vector3d(120, 0, 80), 6, 0, "bone: foremost point of the iliac crest"}},
+                     {"asis_right", {Vector3d(-120, 0, 80), 6, 0, "bone: foremost point of the iliac crest"}},
+                     {"hip_left", {Vector3d(apart / 2, 50, 0), 3, 23, source}},
+                     {"hip_right", {Vector3d(-apart / 2, 50, 0), 3, 23, source}}};
+  };
+  const char* sphere = "bone: sphere on the femoral head";
+  Landmarks close = body(125, sphere), usual = body(160, sphere), mirrored = body(125, "mirror image");
+  EXPECT_NEAR(misfit_of_hips(close), 125 - 2 * (0.33 * 240 + 7.3), 1e-9);
+  doubt_misfit_hips(close);
+  EXPECT_NEAR(close.at("hip_left").deviation, 24, 1);
+  EXPECT_NEAR(close.at("hip_right").deviation, 24, 1);
+  EXPECT_TRUE(close.at("hip_right").source.ends_with(unlike_body));
+  EXPECT_EQ(misfit_of_hips(usual), 0);
+  EXPECT_EQ(misfit_of_hips(mirrored), 0);
+}
+
 }  // namespace
 }  // namespace borelli
