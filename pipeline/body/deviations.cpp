@@ -409,7 +409,8 @@ void Deviations::note_borders_without_plane(const PartPlanes& cuts) {
 
 void Deviations::vary_landmarks() {
   double largest = 0;
-  for (const auto& [name, landmark] : in_.landmarks) largest = std::max(largest, landmark.deviation);
+  for (const auto& [name, landmark] : in_.landmarks)
+    if (name != "vertex") largest = std::max(largest, landmark.deviation);  // no plane depends on the vertex
   const auto by = convention(in_.options.cuts);
   const bool planes = by && *by != Convention::bone && !in_.landmarks.empty();
   const bool discs = by == Convention::bone && !in_.landmarks.empty();
