@@ -15,11 +15,12 @@ namespace borelli {
 ///
 /// Front and back: between ribs and pelvis, spine and sacrum lie close to the skin of the back, and no bone
 /// lies close to the skin of the belly. Over about 300 mm of an adult's trunk, bone is at least 40 mm nearer
-/// to the back. Only the pubis, over about 50 mm, is that much nearer to the front. Where less than 60 mm
-/// show the back, the pubis tells: it lies below and in front of the hips, with no other bone of the midline
-/// at its level. Up and down: head and
-/// neck above the lungs' tops, even with arms overhead, have less volume than the chest. Most of the body
-/// lies below the lungs.
+/// to the back. Only the pubis, over about 50 mm, is that much nearer to the front. If less than 60 mm
+/// of the trunk show the back, the pubis decides. It lies below and in front of the hips, and the midline has
+/// no other bone at its level.
+///
+/// Up and down: head and neck above the lungs' tops, even with arms overhead, have less volume than the
+/// chest. Most of the body lies below the lungs.
 std::optional<Eigen::Matrix3d> half_turn(const Anatomy& anatomy, const Trunk& trunk);
 
 /// Describes the contradiction between header and body for the user; `axes` from half_turn.

@@ -141,7 +141,8 @@ double misfit_of_hips(const Landmarks& marks) {
   const auto apart = [](const auto& pair) { return (pair[0]->point - pair[1]->point).norm(); };
   const double usual = 2 * (*hip_centre(HipRegression::harrington_width, {.width = apart(spines)}))[2],
                off = apart(hips) - usual;
-  // both sides' errors along one of three axes; those of the ASIS count by about two thirds
+  // along the line between the hips: the errors of two regressed centres, and two thirds (2 x 0.33) of those
+  // of the ASIS
   const double squares = 2 * (seen_mean * seen_mean + seen_deviation * seen_deviation) / 3 +
                          4.0 / 9 * (std::pow(spines[0]->deviation, 2) + std::pow(spines[1]->deviation, 2));
   constexpr double by_chance = 3;
@@ -155,6 +156,7 @@ void doubt_misfit_hips(Landmarks& marks) {
     raise_deviation("hip", side, 0.5 * std::abs(off), marks);
     marks.at(std::string("hip") + side).source += unlike_body;
   }
+  raise_deviation("mid_hip", "", 0.5 * std::abs(off), marks);
 }
 
 }  // namespace borelli

@@ -36,11 +36,13 @@ std::optional<Eigen::Vector3d> hip_centre(HipRegression regression, const Pelvis
 /// the tilt. Without PSIS the frame's Y follows the trunk (towards the neck; else patient z).
 void place_unseen_hips(Landmarks& landmarks, const std::array<bool, 2>& no_leg = {});
 
-/// The distance between hips that spheres gave, less the usual one for the width between the ASIS (Harrington
-/// by width), mm. 0 within three standard deviations, and if hips or ASIS were not measured or are doubtful.
+/// The measured distance between the hips minus the one that Harrington's regression predicts from the width
+/// between the ASIS, mm. Negative: the hips are too close. Zero if the difference is below three standard
+/// deviations, or if a hip or ASIS was not measured or is doubtful.
 double misfit_of_hips(const Landmarks& landmarks);
 
-/// Raises the hips' deviations to half of their misfit. Their source then ends with `unlike_body`.
+/// If the hips misfit, raises their deviations and that of mid_hip to half of the misfit. The hips' source
+/// then ends with `unlike_body`.
 void doubt_misfit_hips(Landmarks& landmarks);
 
 }  // namespace borelli

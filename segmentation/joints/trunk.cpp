@@ -135,8 +135,8 @@ std::optional<Pair> find_heads(const Anatomy& a, const LimbRoots& roots, RoundHe
   search_beside(
       {-Vector3d::UnitX(), Vector3d::UnitY(), -Vector3d::UnitY(), Vector3d::UnitZ(), -Vector3d::UnitZ()});
   if (best.score > 0) {
-    // The next likely place may be the true one. Scores are no probabilities: with the power 4 instead of 2,
-    // hips that lay on the next place (30 mm off, thick slices) stated 4 to 6 mm.
+    // The next likely place may be the true one. Scores are not probabilities, so the power 2 was chosen on
+    // warped bodies: with 4, hips that were 30 mm off had deviations of 4 to 6 mm.
     const Pair rival = likeliest(a, roots, sides[0].balls, sides[1].balls, apart, level, fits, holds, best);
     const double odds = std::pow(rival.score / best.score, 2), share = std::sqrt(odds / (1 + odds) / 3);
     best.left.rival = share * (rival.left.centre - best.left.centre).norm();

@@ -20,8 +20,8 @@ void note_missing_cuts(const PartPlanes& planes, Segmentation& out);
 /// their elbow, the upper arm of an adult of that size.
 void doubt_unparted_limbs(Segmentation& out);
 
-/// Doubts forearms and shanks that the scan cuts, if neither of their joints is known. If the scan shows one
-/// end, they include the hand or foot; if it cuts both, they may include some of it.
+/// Doubts forearms and shanks that the scan cuts and whose two joints are unknown. If one end lies in view,
+/// the part includes the hand or foot. If the scan cuts both ends, the part may include some of it.
 void doubt_jointless_limbs(const Anatomy& anatomy, Segmentation& out);
 
 /// Doubts the head if the scan's side cuts a raised arm before its wrist: the hand may lie on the head and be

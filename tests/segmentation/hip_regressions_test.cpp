@@ -104,7 +104,8 @@ TEST(HipRegressions, DoubtHipsThatSpinesContradict) {
     return Landmarks{{"asis_left", {Vector3d(120, 0, 80), 6, 0, "bone: foremost point of the iliac crest"}},
                      {"asis_right", {Vector3d(-120, 0, 80), 6, 0, "bone: foremost point of the iliac crest"}},
                      {"hip_left", {Vector3d(apart / 2, 50, 0), 3, 23, source}},
-                     {"hip_right", {Vector3d(-apart / 2, 50, 0), 3, 23, source}}};
+                     {"hip_right", {Vector3d(-apart / 2, 50, 0), 3, 23, source}},
+                     {"mid_hip", {Vector3d(0, 50, 0), 3, 0, "middle of the hip centres"}}};
   };
   const char* sphere = "bone: sphere on the femoral head";
   Landmarks close = body(125, sphere), usual = body(160, sphere), mirrored = body(125, "mirror image");
@@ -112,6 +113,7 @@ TEST(HipRegressions, DoubtHipsThatSpinesContradict) {
   doubt_misfit_hips(close);
   EXPECT_NEAR(close.at("hip_left").deviation, 24, 1);
   EXPECT_NEAR(close.at("hip_right").deviation, 24, 1);
+  EXPECT_NEAR(close.at("mid_hip").deviation, 24, 1);
   EXPECT_TRUE(close.at("hip_right").source.ends_with(unlike_body));
   EXPECT_EQ(misfit_of_hips(usual), 0);
   EXPECT_EQ(misfit_of_hips(mirrored), 0);

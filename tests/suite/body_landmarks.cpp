@@ -273,7 +273,7 @@ Landmarks find_body_landmarks(const LabelledBody& body) {
   mark(out, "l5_s1", disc(lumbar, sacrum), 5);
   const Points c7 = those(cervical, [low = lowest(cervical)](const Vector3d& p) { return p.z() < low + 25; });
   mark(out, "cervicale", extreme(c7, Vector3d::UnitY()), 5);
-  // the manubrium's corners, to which the clavicles lead, rise above its notch
+  // the manubrium's two upper corners lie higher than the notch between them
   const double top_of_bone = highest(sternum), end_of_bone = lowest(sternum);
   const double middle = mean(those(sternum, [&](const Vector3d& p) { return p.z() > top_of_bone - 30; })).x();
   mark(out, "suprasternale",

@@ -15,7 +15,8 @@
 //       Midpoint of the outermost points of tibia and fibula in their lowest 30 mm. The joint's axis lies up to 15 mm
 //       lower, near the malleoli's tips, which the labels cut off (deviation 8 mm).
 //   medial_malleolus_*, lateral_malleolus_*
-//       Lowest points of tibia and fibula, more than 10 mm to the side of the ankle (deviation 10 mm: cut off).
+//       Mean of the lowest 4 mm of tibia and fibula more than 10 mm beside the ankle. The labels cut off the tips
+//       (deviation 10 mm).
 //   neck, t12_l1, l5_s1
 //       Middle of the border between two regions of the spine, in front of the spinal cord.
 //   cervicale
@@ -29,8 +30,8 @@
 //   asis_*, psis_*
 //       Frontmost and rearmost voxel of the pelvis' upper half.
 //   vertex, toe_tip_*, heel_*, dactylion_3_*
-//       Topmost voxel of the body; a foot's farthest from its ankle, and its farthest from there; a hand's farthest
-//       from its wrist. Flesh counts.
+//       Topmost voxel of the body. Voxel of the foot, bone or flesh, farthest from the ankle; the one farthest from
+//       that toe tip. Voxel of the hand, bone or flesh, farthest from the wrist.
 //   metacarpale_3_*
 //       Mean of the hand's bones at 46 % of the way from wrist to dactylion.
 //   mid_hip, l4_l5
@@ -45,7 +46,8 @@ namespace borelli::suite {
 
 struct LabelledBody;
 
-/// The landmarks above at rest, patient frame, mm. `body` needs voxels, organs, owners and densities only.
+/// The landmarks above of the body at rest, patient frame, mm. Reads the voxels, organs, owners and densities
+/// of `body`.
 Landmarks find_body_landmarks(const LabelledBody& body);
 
 }  // namespace borelli::suite
